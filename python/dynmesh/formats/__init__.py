@@ -26,7 +26,6 @@ from .table import (
     check_format,
     existing_file,
     format_of,
-    named_like,
 )
 from .writing import Written, write
 
@@ -41,7 +40,6 @@ __all__ = [
     "check_format",
     "format_of",
     "meshes_of",
-    "named_like",
     "naming",
     "open",
     "opened",

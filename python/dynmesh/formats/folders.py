@@ -3,76 +3,20 @@
 import errno
 import glob
 import os
-import re
-from collections.abc import Iterable, Sequence
+import statistics
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
+from .._errors import InputError
 from ..header import largest_start
 from .format import Gaps
-from .frame_names import (
-    DECIMAL,
-    WILDCARDS,
-    FrameNames,
-    Number,
-    by_number,
-    first_missing,
-    usual_distance,
-    with_missing,
-)
-from .numbered import kinds_of, listed_kinds, place_in, seconds_in
+from .names import WILDCARDS, FrameNames, Number, as_whole, by_number, numbers_in
 
-
-def files_by_number(files: Sequence[Path], stems: Sequence[str]) -> dict[Number, Path]:
-    """Returns files by the number in these parts of their names, from the lowest on.
-
-    Raises:
-        ValueError: there is none, it could be one of several, or two files have the same.
-    """
-    place = place_in(files, stems)
-    numbers = seconds_in(stems) if place is None else place.numbers
-    if not numbers:
-        raise ValueError(
-            f"{files[0].name}: has no number of a frame, or none at the same place as other files"
-        )
-    return by_number(zip(numbers, files, strict=True))
-
-
-def number_in(file: Path) -> Number:
-    """Returns the number in the name of one file; 0 if it has none. Errors: as for several."""
-    place = place_in([file], [file.stem])
-    return 0 if place is None else place.numbers[0]
-
-
-def pattern_like(path: Path, suffixes: Iterable[str]) -> str | None:
-    """Returns the pattern of the names of frames in a folder, pattern or glob, if they have one."""
-    names = FrameNames.of(path)
-    if names.numbered:
-        return None if WILDCARDS.keys() & set(names.pattern) else names.pattern
-    result = matching(path) if not path.is_dir() else []
-    for suffix in suffixes if path.is_dir() else ():
-        result = result or files_in(path, suffix)
-    return _pattern_of(result)
-
-
-def numbered_like(name: str) -> str | None:
-    """Returns the pattern of the names of frames like this one; None if it has no number."""
-    return _pattern_of([Path(name)])
-
-
-def _pattern_of(files: Sequence[Path]) -> str | None:
-    place = place_in(files, _stems(files)) if files else None
-    name = "" if place is None else Path(place.pattern + files[0].suffix).name
-    return name if FrameNames(Path(), name).numbered else None
-
-
-def files_in(folder: Path, suffix: str) -> list[Path]:
-    """Returns the files in a folder with this suffix, except hidden ones, in natural order."""
-    return _in_natural_order(
-        file
-        for file in folder.glob("*")
-        if file.suffix.lower() == suffix and not file.name.startswith(".")
-    )
+_MOST = 1_000_000
+"""Frames that may be missing; more mean that the numbers count something else."""
 
 
 class FrameFiles(NamedTuple):
@@ -83,10 +27,10 @@ class FrameFiles(NamedTuple):
 
 
 def find_files(path: Path, suffix: str, gaps: Gaps = "refuse") -> FrameFiles:
-    """Finds the files of a sequence that is to be read, in the order of their numbers.
+    """Finds the files of a sequence that is to be read, in natural order.
 
-    They are counted from 0 if the names also differ otherwise, or by a date and a time, if `path`
-    is a single file, or if the numbers are too large to count frames.
+    They are counted from 0 if names differ in several numbers, if `path` is a single file, or if
+    the numbers are too large to count frames.
 
     Args:
         path: a file; a folder, for all its files with `suffix`; a pattern such as
@@ -97,24 +41,47 @@ def find_files(path: Path, suffix: str, gaps: Gaps = "refuse") -> FrameFiles:
 
     Raises:
         FileNotFoundError: there is no file.
-        ValueError: a number is missing and refused, or could be one of several in the names, or the
-            folder contains no such file.
+        ValueError: names cannot be compared, a number is missing and refused, or the folder
+            contains no such file.
     """
-    names, is_folder = FrameNames.of(path), path.is_dir()
-    if path.exists() and not is_folder:
+    names = FrameNames.of(path)
+    if path.is_file():
         return FrameFiles([path], [0])
-    if names.numbered and not is_folder and (existing := names.existing()):
-        return _filled(existing, names, gaps)
-    files = files_in(path, suffix) if is_folder else _in_natural_order(matching(path))
-    if not files and is_folder:
-        raise ValueError(f"holds no {suffix} file")
-    if not files:
-        raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(path))
-    place = place_in(files, stems := _stems(files))
-    if place is None:
-        return _unlike(files, stems, gaps)
-    names = FrameNames(Path(), place.pattern + files[0].suffix)
-    return _filled(by_number(zip(place.numbers, files, strict=True)), names, gaps)
+    if not (names.numbered and not path.is_dir() and (present := names.existing())):
+        files = files_in(path, suffix) if path.is_dir() else matching(path)
+        if not files and path.is_dir():
+            raise InputError(f"holds no {suffix} file")
+        if not files:
+            raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(path))
+        numbers, pattern = numbers_in(files)
+        present = by_number(zip(numbers, files, strict=True))
+        if pattern is None and gaps == "lost":
+            raise InputError(
+                "the names of its files differ in several numbers, or in none, so lost frames "
+                f"cannot be told, as from {files[0].name}"
+            )
+        names = FrameNames(Path(), pattern or "%d")
+    found = [*present]
+    every = with_missing(found)
+    if len(every) > len(found) and gaps == "refuse":
+        missing = next(number for number in every if number not in present)
+        raise InputError(
+            f"{names.name(missing)} is missing, as its frames are usually "
+            f"{usual_distance(found):g} apart: add it; or, with `gaps` lost, nothing was "
+            "observed in the frame; or, if no frame is missing, number the files without gaps"
+        )
+    is_count = max(map(abs, found)) <= largest_start
+    result = [present.get(number) for number in every]
+    return FrameFiles(result, every if is_count else [*range(len(every))])
+
+
+def files_in(folder: Path, suffix: str) -> list[Path]:
+    """Returns the files in a folder with this suffix, except hidden ones, by their names."""
+    return sorted(
+        file
+        for file in folder.glob("*")
+        if file.suffix.lower() == suffix and not file.name.startswith(".")
+    )
 
 
 def matching(path: Path) -> list[Path]:
@@ -122,76 +89,59 @@ def matching(path: Path) -> list[Path]:
     folder = str(path.parent)
     folder = glob.escape(folder) if path.parent.is_dir() else folder
     result = glob.glob(str(Path(folder) / path.name))  # noqa: PTH207 (which would find hidden files, too)
-    return [Path(file) for file in result]
+    return sorted(map(Path, result))
 
 
-def _stems(files: Sequence[Path]) -> list[str]:
-    """Returns the names without their suffixes, with their folders if these differ."""
-    if len({file.parent for file in files}) == 1:
-        return [file.stem for file in files]
-    return [file.with_suffix("").as_posix() for file in files]
+def usual_distance(numbers: Sequence[Number]) -> Number:
+    """Returns that between ascending numbers; 1 of one."""
+    steps = [after - before for before, after in pairwise(numbers)]
+    return statistics.median_low(steps) if steps else 1
 
 
-def _unlike(files: list[Path], stems: Sequence[str], gaps: Gaps) -> FrameFiles:
-    """Returns files whose names have times, or nothing in common, and so no numbers of frames."""
-    if seconds := seconds_in(stems):
-        present = by_number(zip(seconds, files, strict=True))
-        times = [*present] if gaps == "refuse" else [*with_missing([*present])]
-        return FrameFiles([present.get(time) for time in times], [*range(len(times))])
-    kinds = kinds_of(stems, files[0].suffix, DECIMAL)
-    if len(kinds) > 1 < max(kinds.values()):
-        raise ValueError(f"holds several sequences, {listed_kinds(kinds)}; name one by a pattern")
-    if gaps == "lost":
-        raise ValueError(
-            "the names of its files have no number at the same place, so lost frames cannot be "
-            f"told, as from {files[0].name}"
-        )
-    return FrameFiles([*files], [*range(len(files))])
+def has_gaps(numbers: Sequence[Number]) -> bool:
+    """Whether ascending numbers are further apart somewhere than usually."""
+    most = 1.5 * usual_distance(numbers)
+    return any(after - before > most for before, after in pairwise(numbers))
 
 
-def _filled(present: dict[Number, Path], names: FrameNames, gaps: Gaps) -> FrameFiles:
-    """Returns the files from the first number to the last, of which some may be missing."""
-    numbers = [*present]
-    missing = first_missing(numbers)
-    if missing is not None and gaps == "refuse":
-        raise ValueError(
-            f"{names.name(missing)} is missing, as its frames are usually "
-            f"{usual_distance(numbers):g} apart: add it; or, with `gaps` lost, nothing was "
-            "observed in the frame; or, if no frame is missing, number the files without gaps"
-        )
-    every = [*with_missing(numbers)]
-    files = [present.get(number) for number in every]
-    if max(map(abs, numbers)) > largest_start:
-        every = [*range(len(every))]
-    return FrameFiles(files, every)
+def with_missing(numbers: Sequence[Number]) -> list[Number]:
+    """Returns ascending numbers, and those between where there are gaps.
+
+    Raises:
+        ValueError: there are too many.
+    """
+    usual, result = usual_distance(numbers), [*numbers[:1]]
+    for before, after in pairwise(numbers):
+        distance = after - before
+        n = round(distance / usual) if distance > 1.5 * usual else 1
+        if len(result) + n > len(numbers) + _MOST:
+            raise InputError(
+                f"more than {_MOST} frames would be missing, as its frames are usually {usual:g} "
+                f"apart, and {before:.15g} and {after:.15g} are {distance:g}"
+            )
+        result += [as_whole(before + distance * i / n) for i in range(1, n)]
+        result.append(after)
+    return result
 
 
-def names_to_write(path: Path, suffix: str) -> FrameNames:
+def names_to_write(path: Path, suffix: str, kept: Sequence[str] = ()) -> FrameNames:
     """Returns the file names of a sequence that is to be written to a file, pattern or folder.
 
     Raises:
         ValueError: `path` is a glob, or a folder with files that would become part of the sequence.
     """
     names = FrameNames.of(path)
-    if path.is_dir() or not (names.numbered or path.suffix or path.exists()):
+    is_folder = path.is_dir() or not (names.numbered or path.suffix or path.exists())
+    if is_folder:
         names = FrameNames(path, f"frame_%04d{suffix}")
+    elif any(sign in path.name for sign in WILDCARDS):  # brackets are ordinary in names of files
+        raise InputError(f"a glob can only be read; write to frame_%04d{suffix}")
+    if is_folder or kept:
+        names = replace(names, kept=tuple(kept))
         own = set(names.existing().values())
-        others = [file for file in files_in(path, suffix) if file not in own]
+        others = [file for file in files_in(names.folder, suffix) if file not in own]
         if others:
-            raise ValueError(
-                f"contains {others[0].name}, which does not match {names.pattern}; "
-                "write to a folder without other frames"
-            )
-    elif any(sign in path.name for sign in "*?"):  # brackets are ordinary in names of files
-        raise ValueError(f"a glob can only be read; write to frame_%04d{suffix}")
+            wanted = f"among those from {kept[0]} to {kept[-1]}" if kept else f"a {names.pattern}"
+            message = f"contains {others[0].name}, which is not {wanted}"
+            raise InputError(f"{message}; write to a folder without other frames")
     return names
-
-
-def _in_natural_order(files: Iterable[Path]) -> list[Path]:
-    """Sorts files such that frame2 comes before frame10."""
-
-    def key(file: Path) -> tuple[list[Any], str]:
-        parts = re.split("([0-9]+)", str(file))
-        return [int(part) if part.isdecimal() else part for part in parts], str(file)
-
-    return sorted(files, key=key)

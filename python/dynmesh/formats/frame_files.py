@@ -14,8 +14,9 @@ from ..frames import FileFrames, Frame, Indices
 from ..header import Header, MeshFile, numbers_of
 from ..polygons import Polygons, as_polygons, split_polygons
 from .comments import Metadata
-from .folders import find_files, names_to_write, numbered_like
+from .folders import find_files, names_to_write
 from .format import HOLDS_FACES, OTHER_MESHES, Gaps, Template, find_template
+from .names import numbers_in
 from .output import destination_of
 from .times import numbers_of_files, timing_of
 
@@ -139,7 +140,7 @@ def write_frames(
     names = names_to_write(path, path.suffix)
     numbers = numbers_of_files(header, names)
     if header.n_frames > 1 and not names.numbered:
-        pattern = numbered_like(path.name) or f"{path.stem}_%04d{path.suffix}"
+        pattern = numbers_in([Path(path.name)]).pattern or f"{path.stem}_%04d{path.suffix}"
         raise ValueError(f"one file holds one frame, not {header.n_frames}: write {pattern}")
     folder = destination_of(path).parent
     if folder.exists() and not folder.is_dir():

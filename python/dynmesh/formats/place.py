@@ -1,7 +1,7 @@
 """Where an output belongs: the files that it replaces, and how it takes their place."""
 
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from .._report import some_of
@@ -30,11 +30,18 @@ class Place:
         name: of the file in the folder where it is made, or the pattern of the names.
     """
 
-    def __init__(self, path: Path, header: Header, format: Format, overwrite: bool) -> None:
-        """Finds the files; with `overwrite`, they are replaced."""
+    def __init__(
+        self, path: Path, header: Header, format: Format, overwrite: bool, kept: Sequence[str] = ()
+    ) -> None:
+        """Finds the files; with `overwrite`, they are replaced.
+
+        In a folder, they have the names that are `kept`, one for each frame, if there are any.
+        """
         self._path, self._header, self._format = path, header, format
         self._overwrite = overwrite
-        self._names = names_to_write(path, format.suffixes[0]) if format.is_per_frame else None
+        self._names = None
+        if format.is_per_frame:
+            self._names = names_to_write(path, format.suffixes[0], kept)
         self.made = self._made()
         folder = None if self._names is None else Path(os.path.realpath(self._names.folder))
         self.is_folder = self.made == folder
@@ -100,6 +107,9 @@ class Place:
         """
         beside = self._path.parent if self._names is None else self._names.folder
         new = sorted(folder.iterdir(), key=self._order)
+        if self._names is not None and self._names.kept:
+            pairs = zip(new, self._names.kept, strict=True)
+            new = [file.rename(folder / name) for file, name in pairs]
         places = {file: beside / file.name for file in new}
         for place in places.values():
             refuse_existing(place, self._overwrite)
@@ -122,4 +132,8 @@ class Place:
         """Whether nothing else is in the folder that is made anew."""
         assert self._names is not None
         others = self.made.iterdir() if self.made.is_dir() else ()
-        return all(self._names.number(file.name) is not None for file in others)
+        kept = self._names.kept
+        return all(
+            file.name in kept if kept else self._names.number(file.name) is not None
+            for file in others
+        )

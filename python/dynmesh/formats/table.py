@@ -14,10 +14,10 @@ from .._extras import require
 from .._report import listed
 from ..frames import Frames
 from .alembic import alembic
-from .folders import files_in, matching, pattern_like
+from .folders import files_in, matching
 from .format import Format
-from .frame_names import FrameNames
 from .hdf5 import hdf5
+from .names import WILDCARDS, FrameNames, numbers_in
 from .npy import npy
 from .npz import npz
 from .obj import obj
@@ -139,14 +139,30 @@ def is_scene(frames: Frames) -> bool:
     return bool(frames.files) and frames.path.suffix.lower() in (*usd.suffixes, *usdz.suffixes)
 
 
-def named_like(path: PathLike, output: PathLike) -> Path:
-    """Where frames are written for which a folder is given: there, under the names of the input."""
-    folder = Path(output)
-    if folder.suffix and not folder.is_dir():
-        return folder
-    numbered = [format.suffixes[0] for format in all_formats().values() if format.is_per_frame]
-    with naming(Path(path)):
-        pattern = pattern_like(Path(path), numbered)
-    if pattern is None or Path(pattern).suffix.lower() not in numbered:
-        return folder
-    return folder / pattern
+def named_like(frames: Frames, output: PathLike) -> tuple[Path, list[str]]:
+    """Where frames are written for which a folder is given: there, under the names of the input.
+
+    Returns:
+        The path, or a pattern; and, where no pattern gives it, the name of the file of each frame.
+    """
+    folder, path, names = Path(output), frames.path, FrameNames.of(frames.path)
+    if (folder.suffix and not folder.is_dir()) or not frames.files:
+        return folder, []
+    every = [format.suffixes[0] for format in all_formats().values() if format.is_per_frame]
+    if names.numbered and not path.is_dir():
+        is_like = not WILDCARDS.keys() & {*path.name} and path.suffix.lower() in every
+        return (folder / names.pattern if is_like else folder), []
+    found = [files_in(path, suffix) for suffix in every] if path.is_dir() else [matching(path)]
+    files = next(filter(None, found), [])
+    if not files or files[0].suffix.lower() not in every:
+        return folder, []
+    with naming(path):
+        numbers, pattern = ([0], None) if path.is_file() else numbers_in(files)
+    if pattern is not None:
+        names = FrameNames(folder, Path(pattern).name)
+        return (folder / names.pattern if names.numbered else folder), []
+    by_number = {number: file.name for number, file in zip(numbers, files, strict=True)}
+    wanted = [frames.header.number(frame) for frame in range(frames.n_frames)]
+    kept = [by_number[number] for number in wanted if number in by_number]
+    is_kept = len(set(kept)) == len(wanted)
+    return folder / f"frame_%04d{files[0].suffix}", kept if is_kept else []

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from .._checks import check_integer, check_number
 from .._errors import InputError, KindError
 from ..header import Header, numbers_of
-from .frame_names import FrameNames, Number, first_missing
+from .folders import has_gaps
+from .names import FrameNames, Number
 
 broadcast = (23.976, 29.97, 59.94, 24000 / 1001, 30000 / 1001, 60000 / 1001)
 """Common frame rates that need more digits than some files store."""
@@ -70,7 +71,7 @@ def numbers_of_files(header: Header, names: FrameNames) -> list[Number]:
     """
     numbers: list[Number] = [header.number(frame) for frame in range(header.n_frames)]
     kept = all(names.number(names.name(number)) == number for number in numbers)
-    return numbers if kept and first_missing(numbers) is None else [*range(len(numbers))]
+    return numbers if kept and not has_gaps(numbers) else [*range(len(numbers))]
 
 
 def timing_of(numbers: Sequence[Number]) -> dict[str, Any]:

@@ -91,13 +91,13 @@ def write(
     check_any(frames)
     if provenance is not None:
         check_flags(provenance=provenance)
-    output = Path(path) if format else named_like(frames.path, path)
+    output, kept = (Path(path), []) if format else named_like(frames, path)
     chosen = format_of_output(output, format)
     save = chosen.write if frames.header.scene is None else chosen.overlay or chosen.write
     assert save is not None
     header, dropped = _held(chosen, output, frames.header, provenance, frames.wanted)
     with naming(output):
-        place = Place(output, header, chosen, overwrite)
+        place = Place(output, header, chosen, overwrite, kept)
     place.check(frames)
     with (
         whole_first(),

@@ -20,7 +20,7 @@ from .._checks import (
     check_positive,
 )
 from .._errors import InputError, naming
-from ..formats.frame_names import Number
+from ..formats.names import Number
 from ..formats.units import UNITS, metres_of
 from .matrices import check_intrinsics, matrix_of, pose_of
 from .trajectory import poses_in

@@ -1,10 +1,12 @@
 """Which camera and which frame a depth image is of, by its name and its folder."""
 
-from collections.abc import Container, Iterable
+import re
+from collections.abc import Collection, Container, Iterable, Mapping
 from pathlib import Path
 
-from ..formats.folders import files_by_number, files_in, matching
-from ..formats.frame_names import FrameNames, Number, by_number
+from .._errors import InputError
+from ..formats.folders import files_in, matching
+from ..formats.names import FrameNames, Number, by_number, numbers_in
 from .cameras import Rig, ScanCamera
 from .depth_files import SUFFIX
 
@@ -41,20 +43,38 @@ def images_by_camera(path: Path, rig: Rig) -> dict[str, dict[Number, Path]]:
             f"holds images of camera {message}, which the cameras file does not describe; describe "
             "it there, or move its images elsewhere"
         )
-    names, result = FrameNames.of(path), dict[str, dict[Number, Path]]()
-    is_pattern = names.numbered and not path.is_dir()
-    for camera in cameras:
-        own = {file: stem for file, (of, stem) in zip(images, owners, strict=True) if of == camera}
+    own = {name: dict[Path, str]() for name in cameras}
+    for file, (name, stem) in zip(images, owners, strict=True):
+        if name is not None:
+            own[name][file] = stem
+    names = FrameNames.of(path)
+    if names.numbered and not path.is_dir():
+        numbers = {file: _number_by(names, file, rig) or 0 for file in images}
+    else:
+        numbers = _numbers(own.values())
+    result = dict[str, dict[Number, Path]]()
+    for camera, files in own.items():
         try:
-            if is_pattern:
-                result[camera] = by_number(
-                    (_number_by(names, file, rig) or 0, file) for file in own
-                )
-            else:
-                result[camera] = files_by_number([*own], [*own.values()]) if own else {}
-        except ValueError as error:
-            raise ValueError(f"images of camera {camera!r}: {error}") from error
+            result[camera] = by_number((numbers[file], file) for file in files)
+        except InputError as error:
+            raise InputError(f"images of camera {camera!r}: {error}") from error
     return result
+
+
+def _numbers(of_cameras: Collection[Mapping[Path, str]]) -> dict[Path, Number]:
+    """Returns the numbers of images, given the parts of their names that are compared.
+
+    If they are not in the names of one camera, they count the names of all, so that images of the
+    same name are of the same frame.
+    """
+    every = {file: stem for stems in of_cameras for file, stem in stems.items()}
+    for file, stem in every.items():
+        if not re.search("[0-9]", stem):
+            raise InputError(f"{file.name}: has no number of a frame")
+    each = [numbers_in([*stems], [*stems.values()]) for stems in of_cameras if stems]
+    if any(found.pattern is None for found in each):
+        each = [numbers_in([*every], [*every.values()])]
+    return dict(zip(every, [number for found in each for number in found.numbers], strict=True))
 
 
 def _number_by(names: FrameNames, file: Path, rig: Rig) -> Number | None:

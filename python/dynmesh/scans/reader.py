@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from .._checks import selected
 from .._errors import DynmeshError, InputError, naming
-from ..formats.folders import files_in, find_files, number_in
+from ..formats.folders import files_in, find_files, with_missing
 from ..formats.format import Gaps
-from ..formats.frame_names import Number, with_missing
+from ..formats.names import Number, numbers_in
 from ..formats.table import PathLike
 from ..formats.units import agreed
 from ..scan import DepthScan, PointScan, Scan
@@ -92,7 +92,7 @@ class ScanReader(ABC):
             return
         numbers = self.numbers
         if len(files) == 1 and files[0] is not None and self.rig.moves:
-            numbers = [number_in(files[0])]  # which by itself is frame 0
+            numbers = numbers_in([files[0]]).numbers  # which by itself is frame 0
         with naming(self.rig.file or self.path):
             self._viewpoints = [
                 None if file is None else self.rig.viewpoints(number)

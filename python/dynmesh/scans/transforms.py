@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from .._checks import check_finite, check_positive
-from ..formats.folders import files_by_number
+from .._errors import InputError
+from ..formats.names import by_number, numbers_in
 from .matrices import pose_of
 
 OPENGL = np.diag([1.0, -1, -1, 1])
@@ -58,7 +59,12 @@ def _camera(
         "name": re.sub("[^A-Za-z0-9.-]", "-", name) or "camera",
         "poses": poses,
     }
-    for number, file in files_by_number(files, [file.stem for file in files]).items():
+    numbers, pattern = numbers_in(files, [file.stem for file in files])
+    if pattern is None:
+        raise InputError(
+            f"frames: {files[0].name}: has no number of a frame, or the names differ in several"
+        )
+    for number, file in by_number(zip(numbers, files, strict=True)).items():
         try:
             stated = _joined(transforms, images[file])
             pose = pose_of("transform_matrix", _needed("transform_matrix", stated)) @ OPENGL

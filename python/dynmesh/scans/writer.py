@@ -8,7 +8,7 @@ from pathlib import Path
 from .._arrays import plain
 from .._errors import InputError
 from ..formats import all_formats
-from ..formats.frame_names import Number
+from ..formats.names import Number
 from ..formats.output import new_folder
 from ..scan import PointScan, Scan
 from .cameras import Rig, write_cameras

@@ -9,7 +9,7 @@ import numpy as np
 
 from .. import _core
 from .._report import Quality, counted, some_of
-from ..formats.frame_names import Number
+from ..formats.names import Number
 from ..scans import ScanReader
 from ..tracker import Agreement, Tracker, TrackingReport
 

@@ -17,7 +17,7 @@ from .._report import OutputReport, Report, counted
 from ..computed import ComputedFrames
 from ..degrade.recordings import Vector, degraded_frames, scanned
 from ..formats import PathLike, Source
-from ..formats.frame_names import FrameNames
+from ..formats.names import FrameNames
 from ..formats.output import refuse_inputs
 from ..formats.times import numbers_of_files
 from ..frames import Frame, Frames, frame_at

@@ -18,7 +18,7 @@ from ..completion.training import Training, TrainingFrames
 from ..computed import ComputedFrames
 from ..formats import PathLike
 from ..formats.format import Gaps
-from ..formats.frame_names import Number
+from ..formats.names import Number
 from ..formats.output import written_beside
 from ..formats.times import timing_of
 from ..frames import Frame

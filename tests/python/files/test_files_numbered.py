@@ -15,7 +15,7 @@ from plain_files import TRIANGLE
 from sequences import assert_refused, names, sequence_of
 
 import dynmesh
-from dynmesh.formats.frame_names import FrameNames
+from dynmesh.formats.names import FrameNames
 
 
 @pytest.mark.parametrize("suffix", [".ply", ".obj"])
@@ -36,7 +36,7 @@ def test_every_way_to_name_the_files(tmp_path: Path, mesh: Mesh, suffix: str) ->
     one = dynmesh.read(folder / f"f10{suffix}")
     np.testing.assert_array_equal(one.vertices, sequence.vertices[10:11])
     dynmesh.write(folder / f"rest{suffix}", sequence[:1])
-    told = rf"'f\*\{suffix}' \(12\) and 'rest\{suffix}' \(1\); name one"
+    told = rf"rest\{suffix} has no number of a frame, 'f\*\{suffix}' \(12\) and 'rest"
     assert_refused(folder, told)
 
 
@@ -84,78 +84,90 @@ def test_a_shorter_sequence_replaces_a_longer_one(tmp_path: Path, mesh: Mesh) ->
 
 READ: list[tuple[list[str], str, list[float]]] = [
     (["sim_-3", "sim_-2", "sim_-1"], "", [-3, -2, -1]),
-    (["sim-1", "sim0", "sim1"], "", [-1, 0, 1]),  # a hyphen that not all names have
+    (["sim.-1.a", "sim.0.a", "sim.1.a"], "", [-1, 0, 1]),
+    (["-2", "-1", "0", "1"], "", [-2, -1, 0, 1]),
     (["f_-1", "f_+0", "f_+1"], "", [-1, 0, 1]),
-    (["a-001", "a-002"], "", [1, 2]),
-    (["shot-1001", "shot-1002"], "", [1001, 1002]),  # negative frames lead up to 0
+    (["f--1", "f-2"], "", [-1, 2]),
+    ([f"frame-{n}" for n in range(1, 6)], "", [1, 2, 3, 4, 5]),
+    (["shot-9", "shot-10"], "", [9, 10]),
     (["2024-01-09", "2024-01-10"], "", [9, 10]),
     (["take-1-8", "take-1-9"], "", [8, 9]),
-    (["f-9", "f-08"], "", [8, 9]),
-    (["f-2", "f--1"], "", [-1, 2]),
+    (["f-08", "f-9"], "", [8, 9]),
     (["f-2", "f-1"], "f%d.obj", [-2, -1]),
-    (["f-2", "f-1"], "f-%d.obj", [1, 2]),
-    (["a -000", "a -001"], "", [0, 1]),  # nothing is numbered -0
+    (["f-1", "f-2"], "f-%d.obj", [1, 2]),
     (["a-002", "a-001"], "a####.obj", [-2, -1]),
+    (["Scan_7", "scan_8"], "", [7, 8]),
     (["s.1", "s.1.25", "s.1.5", "s.1.75", "s.2"], "", [1, 1.25, 1.5, 1.75, 2]),
     (["17.50", "17.75", "18.00", "18.25"], "", [17.5, 17.75, 18, 18.25]),
-    (["17.25", "17.5", "17.75"], "", [17.25, 17.5, 17.75]),  # a name that is one number
     (["130.86", "130.892", "130.93"], "", [130.86, 130.892, 130.93]),
+    (["1305.175304", "1305.2", "1305.23"], "*.obj", [1305.175304, 1305.2, 1305.23]),
+    (["t9.5", "t10.25", "t11"], "", [9.5, 10.25, 11]),
     (["v2.0010", "v2.0020"], "", [10, 20]),
-    (["s.1.8", "s.1.9", "s.1.10"], "", [8, 9, 10]),  # decimals would end in 1
+    (["s.1.8", "s.1.9", "s.1.10"], "", [8, 9, 10]),  # no decimal ends in 0
+    (["1.2.9", "1.2.11"], "", [9, 11]),  # nor do three numbers make one
     (["frame-000000.depth", "frame-000001.depth"], "", [0, 1]),
     (["0007_depth", "0008_depth"], "", [7, 8]),
     (["f_0", "f_1.depth", "f_2.depth"], "f_%d.depth.obj", [1, 2]),
     (["s.1.25", "s.1.5"], "s.%g.obj", [1.25, 1.5]),
-    (["s.1.25", "s.1.5"], "s.1.%d.obj", [5, 25]),
+    (["s.1.5", "s.1.25"], "s.1.%d.obj", [5, 25]),
     (["f_1_t0.5", "f_2_t0.7"], "f_%d_*.obj", [1, 2]),
     (["f_1_t0.5", "f_2_t0.7"], "f_?_t%.1f.obj", [0.5, 0.7]),
-    (["s_2024-05-01_23-59-58", "s_2024-05-01_23-59-59", "s_2024-05-02_00-00-07"], "", [0, 1, 2]),
-    (["20240501T120000.250", "20240501T120000.750", "20240501T120001.250"], "", [0, 1, 2]),
-    (["2024-05-01_12-30-59_0007", "2024-05-01_12-30-59_0008"], "", [7, 8]),
     (["f_0999", "f_1000", "f_1001"], "f_%04d.obj", [999, 1000, 1001]),
     (["take2_0998", "take2_1003"], "", [998, 1003]),
-    (["take1_0001", "take2_0001"], "", [1, 2]),
     (["2_left", "10_left"], "", [2, 10]),
     (["0031"], "*.obj", [31]),
     (["f_7"], "f_7.obj", [0]),
-    (["a7", "b8"], "", [0, 1]),
-    (["f_0001", "last"], "", [0, 1]),
     (["f_20250101120000000"], "", [0]),
     (["f_20250101120000000"], "f_%d.obj", [0]),
-]
-AMBIGUOUS = [
-    (["f2_1", "f2_01", "f2_3"], r": f2_01\.obj"),
-    (["f-3", "f-2", "f-1"], r"'f-%d\.obj' \(1, 2, 3\) or 'f%02d\.obj' \(-1, -2, -3\)"),
-    (["f-1.25_a", "f-2.5_a"], r"'f-%g_a\.obj' .* or 'f%g_a\.obj' \(-1\.25, -2\.5\)"),
-    (["s.1.25", "s.1.5"], r"'s\.%g\.obj'.* or 's\.1\.%d\.obj'"),
-    (["t0.25", "t0.50"], r"'t%\.2f\.obj'.* or 't0\.%02d\.obj'"),
-    (["c_2.0010", "c_2.0020"], r"'c_%\.4f\.obj'.* or 'c_2\.%04d\.obj'"),
-    (["f_1_t0.5", "f_2_t0.7"], r"'f_%d_t\*\.obj'.* or 'f_\*_t%\.1f\.obj'"),
-    (["c1_01", "c1_02", "c2_01"], r"several sequences, 'c1_\*\.obj' \(2\) and 'c2_\*\.obj'"),
-    (["t1.01", "t1.02", "t2.01", "t2.02"], r"'t%\.2f\.obj' .*'t1\.\*\.obj' \(2\) and 't2"),
-    (["s_1", "s_2", "s_1.depth", "s_2.depth"], r"'s_\*\.depth\.obj' \(2\) and 's_\*\.obj'"),
+    # Several numbers differ, or none, so that frames are counted.
+    (["first", "last"], "", [0, 1]),
+    (["c1_1", "c1_10", "c2_2"], "", [0, 1, 2]),
+    (["m9_s59", "m10_s2", "m10_s10"], "", [0, 1, 2]),
+    (["f_1_t0.5", "f_2_t0.7"], "", [0, 1]),
+    (["n140_9", "n140_763555584", "n141_8"], "", [0, 1, 2]),
+    (["2024-12-31", "2025-01-01"], "", [0, 1]),
+    (["s_2024-05-01_23-59-58", "s_2024-05-01_23-59-59", "s_2024-05-02_00-00-07"], "", [0, 1, 2]),
+    (["20240501T120000.250", "20240501T120000.750", "20240501T120001.250"], "", [0, 1, 2]),
+    (["20240501_115958", "20240501_115959", "20240501_120000"], "", [0, 1, 2]),  # without gaps
+    (["2024.05.01-12.30.01", "2024.05.01-12.30.02", "2024.05.01-12.30.05"], "", [0, 1, 2]),
+    (["2024-05-01_12-30-59_0007", "2024-05-01_12-30-59_0008"], "", [7, 8]),
+]  # fmt: skip
+"""Names in their order, and the numbers of frames; of some, the pattern that is given."""
+
+REFUSED = [
+    (["f2_1", "f2_01", "f2_3"], r"f2_01\.obj and f2_1\.obj have the same number"),
+    (["A_1_2", "a_1_02", "a_2_1"], r"have the same number"),
+    (["f_0001", "f_0002", "last"], r": last\.obj has no number of a frame, 'f_\*\.obj' \(2\) and"),
+    (["sim-1", "sim0", "sim1"], r"several sequences, 'sim\*\.obj' \(2\) and 'sim-\*\.obj' \(1\)"),
+    (["a -000", "a -001"], r"'a -\*\.obj' \(1\) and 'a \*\.obj' \(1\); name one by a pattern"),
+    (["s_1", "s_2", "s_1.depth", "s_2.depth"], r"'s_\*\.depth\.obj' \(2\) and 's_\*\.obj' \(2\)"),
+    (["t0.005", "t0.01", "t0.015"], r"t0\.01\.obj and t0\.005\.obj are in one order .* decimals"),
+    (["t1.5_a", "t1.25_a"], r"t1\.5_a\.obj and t1\.25_a\.obj"),
 ]
 
 
 def put(folder: Path, names: Iterable[str]) -> None:
     """Files of which each holds its number in this list."""
+    folder.mkdir(exist_ok=True)
     for number, name in enumerate(names):
         (folder / f"{name}.obj").write_text(TRIANGLE.replace("v 0 0", f"v {number} 0"))
 
 
 @pytest.mark.parametrize("is_glob", [False, True])
 @pytest.mark.parametrize(("names", "pattern", "expected"), READ)
-def test_frames_have_the_numbers_of_their_names(
+def test_frames_are_in_natural_order(
     tmp_path: Path, names: list[str], pattern: str, expected: list[float], is_glob: bool
 ) -> None:
-    put(tmp_path, reversed(names))
+    put(tmp_path, names)
     path = tmp_path / (pattern or "*.obj" * is_glob)
     with dynmesh.open(path) as reader:
         assert [reader.header.number(frame) for frame in range(reader.n_frames)] == expected
+        places = [frame.points[0, 0] for frame in reader]
+    assert places == sorted(places)
 
 
-@pytest.mark.parametrize(("names", "told"), AMBIGUOUS)
-def test_numbers_that_can_be_read_in_two_ways_are_refused(
+@pytest.mark.parametrize(("names", "told"), REFUSED)
+def test_names_that_cannot_be_compared_are_refused(
     tmp_path: Path, names: list[str], told: str
 ) -> None:
     put(tmp_path, names)
@@ -163,39 +175,83 @@ def test_numbers_that_can_be_read_in_two_ways_are_refused(
         assert_refused(path, told)
 
 
+def test_gaps_cannot_be_told_where_several_numbers_differ(tmp_path: Path) -> None:
+    put(tmp_path, ["m1_s58", "m1_s59", "m2_s00"])
+    assert_refused(tmp_path, "differ in several numbers.* lost frames cannot be told", gaps="lost")
+
+
+KEPT = [
+    ["s_2024-05-01_23-59-58", "s_2024-05-01_23-59-59", "s_2024-05-02_00-00-07"],
+    ["c1_1", "c1_10", "c2_2"],
+    ["first", "last"],
+    ["f_0007"],
+]
+
+
+@pytest.mark.parametrize("kept", KEPT)
+def test_files_in_a_folder_keep_names_without_a_number_of_the_frame(
+    tmp_path: Path, kept: list[str]
+) -> None:
+    put(tmp_path / "in", kept)
+    source = tmp_path / "in" / (f"{kept[0]}.obj" if len(kept) == 1 else "")
+    expected = sorted(f"{name}.obj" for name in kept)
+    out = tmp_path / "out"
+    for _ in range(2):  # the second time, they are replaced
+        dynmesh.write(out, dynmesh.convert(dynmesh.open(source), scale=2.0))
+        assert names(out) == expected
+    with pytest.raises(FileExistsError, match=kept[0]):
+        dynmesh.write(out, dynmesh.open(source), overwrite=False)
+    for name in kept:
+        made = dynmesh.read(out / f"{name}.obj").vertices
+        np.testing.assert_array_equal(
+            made, 2 * dynmesh.read(tmp_path / "in" / f"{name}.obj").vertices
+        )
+    dynmesh.write(tmp_path / "some", dynmesh.open(source)[-1:])
+    assert names(tmp_path / "some") == [f"{kept[-1]}.obj"]
+    for others in (dynmesh.synth.ocean(2, grid=4), dynmesh.open(source)[:-1]):
+        if len(others):
+            with pytest.raises(
+                ValueError, match="contains"
+            ):  # what would be one sequence with these
+                dynmesh.write(out, others)
+    assert names(out) == expected
+
+
 @settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.data())
 def test_any_numbers_are_read_in_their_order(
     tmp_path_factory: pytest.TempPathFactory, data: st.DataObject
 ) -> None:
-    """By the pattern that wrote them; a folder and a glob read the same, or name this pattern."""
+    """By the pattern that wrote them; in a folder and a glob, they are so or refused."""
     conversion = data.draw(st.sampled_from(["%d", "%04d", "%.2f", "%07.2f", "%g"]))
     hundredths = st.integers(-3000, 3000).map(lambda n: n if "d" not in conversion else n * 100)
     drawn = data.draw(st.lists(hundredths, min_size=2, max_size=7, unique=True))
     numbers = [n // 100 if n % 100 == 0 else n / 100 for n in drawn]
     before = data.draw(st.sampled_from(["", "sim_", "sim.", "a b ", "f-", "f", "2_"]))
     if before == "f" and max(numbers) < 0:
-        before = "f_"  # a hyphen after a letter is a sign only where not every name has it
+        before = "f_"  # after a letter, a hyphen is no sign
     pattern = before + conversion + data.draw(st.sampled_from(["", "_depth", ".depth"])) + ".obj"
     folder = tmp_path_factory.mktemp("some")
     put(folder, [FrameNames(folder, pattern).name(number)[:-4] for number in numbers])
     expected = [(number, drawn.index(round(number * 100))) for number in sorted(numbers)]
 
-    def read(path: Path) -> Any:
-        with dynmesh.open(path, gaps="lost") as reader:
+    def read(path: Path, gaps: Any) -> Any:
+        with dynmesh.open(path, gaps=gaps) as reader:
             found = [(reader.header.number(n), f.points[0, 0]) for n, f in enumerate(reader)]
         return [(number, x) for number, x in found if np.isfinite(x)]
 
-    assert read(folder / pattern) == expected
-    refused = []
+    assert read(folder / pattern, "lost") == expected
     for path in (folder, folder / "*.obj"):
         try:
-            found = read(path)
+            found = read(path, "lost")
         except ValueError as error:
-            refused.append(str(error))
+            told = str(error)
+            assert "d" not in conversion or before == "f"
+            if "lost frames cannot be told" in told:
+                assert [x for _, x in read(path, "refuse")] == [x for _, x in expected]
         else:
-            assert found == expected
-    assert all("could be" in told and f"'{before}%" in told for told in refused)
+            assert [x for _, x in found] == [x for _, x in expected]
+            assert found == expected or "d" not in conversion
 
 
 @pytest.mark.parametrize(

@@ -254,6 +254,32 @@ def test_images_are_numbered_as_all_frames(
     assert found == pytest.approx(numbers)
 
 
+@pytest.mark.parametrize("named", ["{n}_{camera}", "{camera}/{n}"])
+@pytest.mark.parametrize(
+    "names",
+    [
+        ["2024-10-27_23-59-58", "2024-10-27_23-59-59", "2024-10-28_00-00-00"],
+        ["140_9", "140_763555584", "141_8"],
+        ["take1_9", "take1_10", "take2_1"],
+    ],
+)
+def test_images_of_several_cameras_are_paired_by_their_names(
+    tmp_path: Path, named: str, names: list[str]
+) -> None:
+    write_cameras(tmp_path / "cameras.json", a_rig(2))
+    for number, name in enumerate(names):
+        for camera in ("c0", "c1")[: 1 if number == 1 else 2]:
+            file = tmp_path / (named.format(n=name, camera=camera) + ".png")
+            file.parent.mkdir(exist_ok=True)
+            file.write_bytes(saved(Image.new("I;16", (8, 6), 1000 + number)))
+    reader = open_scans(tmp_path, gaps="lost")
+    assert reader.numbers == [0, 1, 2]
+    expected = [["c0", "c1"], ["c0"], ["c0", "c1"]]
+    assert [[camera for camera, _ in of_frame] for of_frame in seen(reader)] == expected
+    assert [of_frame[0][1] for of_frame in seen(reader)] == [1, 1.001, 1.002]
+    assert_refused(tmp_path, "no image of camera 'c1' for frame 1", open_scans)
+
+
 def chunk(kind: bytes, content: bytes) -> bytes:
     """A part of a PNG file."""
     return (
