@@ -5,6 +5,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "base/set_flag.hpp"
+
 namespace dynmesh {
 
 /// Thrown if another thread is using the object.
@@ -29,16 +31,11 @@ class OneAtATime {
       throw InUse(std::string("this ") + object_ +
                   " is in use by another thread; give each thread its own, or take turns");
     }
-    const Leaving leaving{inside_};
+    const SetFlag inside(inside_);
     return call();
   }
 
  private:
-  struct Leaving {
-    std::atomic_flag& inside;
-    ~Leaving() { inside.clear(std::memory_order_release); }
-  };
-
   const char* object_;
   std::atomic_flag inside_;
 };

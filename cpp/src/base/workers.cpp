@@ -39,6 +39,8 @@ void wake_all(std::atomic<std::uint32_t>& number) { number.notify_all(); }
 
 constexpr unsigned counter_bits = 20;  // in each of the two counters of a ticket
 constexpr std::uint64_t counter_mask = (std::uint64_t{1} << counter_bits) - 1;
+// Each thread that finds nothing left counts on by one.
+constexpr Index most_pieces = 1'000'000;
 
 /// A thread that has nothing to do stays awake for this long. Waking it takes about 50 us, and the
 /// parts of a frame that are not shared, which it has to wait for, take up to 1 ms.
@@ -94,9 +96,18 @@ void Workers::end() {
 }
 
 void Workers::run(Index count, Piece piece, void* context) {
+  for (Index first = 0; first < count;) {
+    const Index some = std::min(count - first, most_pieces);
+    run_some(first, some, piece, context);
+    first += some;
+  }
+}
+
+void Workers::run_some(Index first, Index count, Piece piece, void* context) {
   // These are read only by threads that hold a ticket of this call.
   piece_ = piece;
   context_ = context;
+  first_ = first;
   done_.store(0, std::memory_order_relaxed);
   const auto pieces = static_cast<std::uint64_t>(count);
   ticket_.store((++calls_ << (2 * counter_bits)) | (pieces << counter_bits),
@@ -119,7 +130,7 @@ void Workers::run(Index count, Piece piece, void* context) {
 void Workers::execute(Index i) noexcept {
   if (has_failed_.load(std::memory_order_relaxed)) return;
   try {
-    piece_(context_, i);
+    piece_(context_, first_ + i);
   } catch (...) {
     if (!has_failed_.exchange(true)) failure_ = std::current_exception();
   }

@@ -74,9 +74,8 @@ class Workers {
   }
 
   /// Calls `work(i)` for i = 0 ... count - 1 in any order, on any of the threads, and returns when
-  /// all calls are done. `count` is at most a million. If calls throw, one of their exceptions is
-  /// thrown when no thread uses `work` any more, and others may not have been made. Allocates no
-  /// memory.
+  /// all calls are done. If calls throw, one of their exceptions is thrown when no thread uses
+  /// `work` any more, and others may not have been made. Allocates no memory.
   template <class Work>
   void for_each(Index count, Work&& work) {
     share(count, count >= sharing_.fewest_pieces, work);
@@ -129,6 +128,7 @@ class Workers {
   using Piece = void (*)(void* context, Index i);
 
   void run(Index count, Piece piece, void* context);
+  void run_some(Index first, Index count, Piece piece, void* context);
   void take_pieces(bool as_caller);
   void execute(Index i) noexcept;
   void serve();
@@ -137,6 +137,7 @@ class Workers {
   TaskSharing sharing_;
   Piece piece_ = nullptr;
   void* context_ = nullptr;
+  Index first_ = 0;
   std::uint64_t calls_ = 0;
   // Of the current call: its number, its number of pieces, and the next piece. They are stored in
   // one variable, so that a thread that is late cannot take a piece of another call.

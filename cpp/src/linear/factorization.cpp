@@ -9,11 +9,8 @@ bool MaskedFactor::factorize(std::span<const std::uint8_t> mask, std::span<const
   if (is_same_mask && std::ranges::equal(added, added_)) return false;
   added_.assign(added.begin(), added.end());
   is_rounded_ = false;
-  if (!is_same_mask) {
-    mask_.clear();  // if memory is exhausted below, the factor matches no mask
-    thin_out(mask);
-    mask_.assign(mask.begin(), mask.end());
-  }
+  mask_.clear();  // if anything fails below, the factor matches no mask
+  if (!is_same_mask) thin_out(mask);
   for (Panel& panel : panels_) panel.head = none;
   for_each_subtree(true, [&](Border& border) {
     lend_workspace([&](Workspace& workspace) {
@@ -34,6 +31,7 @@ bool MaskedFactor::factorize(std::span<const std::uint8_t> mask, std::span<const
   lend_workspace([&](Workspace& workspace) {
     for (const Index p : above_) factor(p, nullptr, workspace);
   });
+  mask_.assign(mask.begin(), mask.end());
   return true;
 }
 

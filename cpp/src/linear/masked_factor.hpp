@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "base/geometry.hpp"
+#include "base/set_flag.hpp"
 #include "base/workers.hpp"
 #include "kernels/kernels.hpp"
 
@@ -152,8 +153,8 @@ class MaskedFactor {
     while (workspaces_[i].is_lent.test_and_set(std::memory_order_acquire)) {
       i = (i + 1) % workspaces_.size();
     }
+    const SetFlag is_lent(workspaces_[i].is_lent);
     work(workspaces_[i]);
-    workspaces_[i].is_lent.clear(std::memory_order_release);
   }
 
   SparseMatrix matrix_;  // rows and columns by positions
