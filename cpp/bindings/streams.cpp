@@ -87,13 +87,15 @@ auto bind_stream(py::module_& module, const char* name) {
              return py::bytes(reinterpret_cast<const char*>(bytes.data()), bytes.size());
            }))
       .def("restore", alone(+[](O& o, const py::bytes& state) {
-             o.restore(std::as_bytes(std::span(std::string_view(state))));
+             const std::string_view bytes(state);
+             without_gil([&] { o.restore(std::as_bytes(std::span(bytes))); });
            }))
       .def("generation", alone(+[](O& o) { return array_of(o.generation()); }))
       .def("age", alone(+[](O& o) { return array_of(o.age()); }))
       .def("standard_error", alone(+[](O& o) { return array_of(o.standard_error()); }))
-      .def("report", alone(+[](O& o) { return fields_of(o.report()); }))
-      .def("n_frames", alone(+[](O& o) { return o.n_frames(); }))
+      // What follows may be called at any time.
+      .def("report", [](const Shared<O>& shared) { return fields_of(shared.object.report()); })
+      .def("n_frames", [](const Shared<O>& shared) { return shared.object.n_frames(); })
       .def("n_edges", [](const Shared<O>& shared) { return shared.object.n_edges(); })
       .def("topology", [](const Shared<O>& shared) {
         constexpr std::array kinds = {"degenerate", "duplicate", "flipped", "non_manifold_edge",

@@ -80,10 +80,12 @@ class Completer(Stream):
     release the GIL. Bad input raises ValueError, or TypeError for a wrong type, with a message that
     says what is wrong, where, and with which value. The completer is then unchanged.
 
-    A completer may be used by one thread at a time. A call while another thread is using it raises
-    RuntimeError. It can be pickled and copied, also into another process, and continues there with
-    the same results. For that, it keeps the faces, the first frame and the training frames: 12
-    bytes for each triangle, and 3 numbers for each vertex and frame.
+    A completer may be used by one thread at a time: a call while another thread is using it raises
+    RuntimeError. Only `report`, `n_frames` and what never changes (`topology`, `settings`, `dtype`,
+    `n_vertices` and `n_edges`) may be read at any time. It can be pickled and copied, also into
+    another process, and continues there with the same results. For that, it keeps the faces, the
+    first frame and the training frames: 12 bytes for each triangle, and 3 numbers for each vertex
+    and frame.
 
     Args:
         faces: the triangles, (m, 3) integers, or other polygons: (m, 4) quads, a list of lists of

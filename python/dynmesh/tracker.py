@@ -111,8 +111,7 @@ class Tracker(Stream):
     :func:`find_alignment` and :func:`register` put it there. Later scans that are far away, or
     empty, count as frames in which nothing was observed, as does `skip`: the template stays.
 
-    A tracker may be used by one thread at a time. A call while another thread is using it raises
-    RuntimeError. It can be pickled and copied; see Completer.
+    It may be used by one thread at a time, pickled and copied, as a Completer.
 
     Args:
         faces: the triangles, (m, 3) integers, other polygons, or a mesh; see Completer.

@@ -33,7 +33,7 @@ namespace dynmesh {
 /// If a call throws any exception, including std::bad_alloc, the completer stays as it was before
 /// the call and nothing is written to `completed`.
 ///
-/// A completer may be used by one thread at a time. Different completers are independent.
+/// FrameStream says what threads may do.
 template <class Real>
 class DYNMESH_EXPORT Completer : public FrameStream {
  public:
@@ -67,15 +67,16 @@ class DYNMESH_EXPORT Completer : public FrameStream {
   /// Allocates memory. Fast if it is the same frame 0, as FrameStream::restore.
   void reset(Points<const Real> frame);
 
-  [[nodiscard]] const Settings& settings() const;
+  [[nodiscard]] const Settings& settings() const;  ///< may be called at any time
   /// (k,) the standard error of a coordinate of each vertex of the last frame, in the unit of the
   /// positions: the true position is within 2.5 standard errors for about 90 % of the vertices that
   /// were estimated, and within 1.54 for half of them. 0 for exact anchors and before the first
   /// frame, infinity for disconnected vertices. Throws std::invalid_argument without the setting
-  /// `uncertainty`. Valid until the next call of any member function.
+  /// `uncertainty`.
   [[nodiscard]] std::span<const Real> standard_error() const;
-  /// The report of the last frame. Before the first frame, all vertices count as known.
-  [[nodiscard]] const FrameReport& report() const;
+  /// The report of the last frame, which may be read at any time. Before the first frame, all
+  /// vertices count as known.
+  [[nodiscard]] FrameReport report() const;
 
  private:
   struct Parts;

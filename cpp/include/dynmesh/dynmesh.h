@@ -12,12 +12,13 @@
 /// a handle has not been destroyed. The values of positions, indices and masks, and the bytes of a
 /// mesh file or a state, may be arbitrary. The library never keeps a pointer that it was given.
 ///
-/// Threads. A completer may be used by one thread at a time, and so may a training sequence. While
-/// one thread is executing a call, calls from other threads return DYNMESH_IN_USE immediately and
-/// change nothing. dynmesh_n_vertices, dynmesh_state_size, dynmesh_topology and
-/// dynmesh_refused_face return constant properties and may be called at any time. dynmesh_destroy
-/// and dynmesh_training_destroy may be called only if no thread is using the object or will use it
-/// later. Different completers are independent.
+/// Threads. A completer or tracker may be used by one thread at a time, and so may a training
+/// sequence. While one thread is executing a call, calls from other threads return DYNMESH_IN_USE
+/// immediately and change nothing. At any time, a thread may call dynmesh_n_vertices,
+/// dynmesh_state_size, dynmesh_tracker_state_size, dynmesh_topology and dynmesh_refused_face, which
+/// return constant properties, and dynmesh_report, which returns that of the last complete frame.
+/// dynmesh_destroy, dynmesh_tracker_destroy and dynmesh_training_destroy may be called only if no
+/// thread is using the object or will use it later. Different objects are independent.
 ///
 /// Memory. With method motion, dynmesh_push, dynmesh_push_sparse and dynmesh_skip allocate no
 /// memory if they succeed. With method detail, they do when the factor of the system of the frame
@@ -298,7 +299,8 @@ DYNMESH_EXPORT const int32_t* dynmesh_age(const dynmesh_completer* completer);
 DYNMESH_EXPORT dynmesh_status dynmesh_standard_error(const dynmesh_completer* completer,
                                                      void* values, int64_t count, int32_t type);
 
-/// Writes the report of the last frame. Before the first frame, all vertices count as known.
+/// Writes the report of the last frame. Before the first frame, all vertices count as known. May be
+/// called at any time.
 DYNMESH_EXPORT dynmesh_status dynmesh_report(const dynmesh_completer* completer,
                                              dynmesh_frame_report* report);
 

@@ -11,8 +11,18 @@
 
 namespace dynmesh {
 
+struct StreamMesh;
+
 /// One sequence of frames of one mesh. One that was moved from may only be destroyed or assigned
 /// to.
+///
+/// Threads. Different objects are independent. `n_vertices`, `n_edges`, `topology`, `state_size`,
+/// `settings`, `n_frames` and `report` may be called at any time, also while another thread is in
+/// any other function but the destructor and moves; what they return references to stays valid
+/// until the object is destroyed or assigned to. `n_frames` and `report` tell of the last frame
+/// that was complete when they were called. The other const functions may be called by several
+/// threads at once while no thread is in one that is not const, which only one thread at a time may
+/// be in. The spans that they return are valid until the next call of a function that is not const.
 class DYNMESH_EXPORT FrameStream {
  public:
   /// `state` returns everything that later frames depend on, in a little-endian, versioned format
@@ -31,6 +41,7 @@ class DYNMESH_EXPORT FrameStream {
   [[nodiscard]] std::size_t state_size() const;
   void restore(std::span<const std::byte> state);
 
+  /// The number of vertices, k.
   [[nodiscard]] std::size_t n_vertices() const;
   /// The number of edges of the mesh.
   [[nodiscard]] std::size_t n_edges() const;
@@ -43,11 +54,9 @@ class DYNMESH_EXPORT FrameStream {
   [[nodiscard]] std::size_t n_frames() const;
   /// (k,) the generation of each vertex in the last frame: 0 for an anchor (a known vertex, or one
   /// that has a measured point), the number of edges to the nearest anchor for a satellite (another
-  /// vertex that a chain of edges connects to an anchor), -1 for a disconnected vertex. Valid until
-  /// the next call of any member function.
+  /// vertex that a chain of edges connects to an anchor), -1 for a disconnected vertex.
   [[nodiscard]] std::span<const Index> generation() const;
-  /// (k,) the number of frames since the vertex was last observed. Valid until the next call of any
-  /// member function.
+  /// (k,) the number of frames since the vertex was last observed.
   [[nodiscard]] std::span<const Index> age() const;
 
  protected:
@@ -60,6 +69,12 @@ class DYNMESH_EXPORT FrameStream {
   FrameStream(FrameStream&&) noexcept;
   FrameStream& operator=(FrameStream&&) noexcept;
 
+  /// Begins the first sequence. Constructors call it once.
+  void begin(std::unique_ptr<Parts> first);
+  /// Begins another one.
+  void replace(std::unique_ptr<Parts> sequence) noexcept;
+
+  std::shared_ptr<StreamMesh> mesh_;  // what no sequence replaces
   std::unique_ptr<Parts> parts_;
 };
 

@@ -63,7 +63,7 @@ struct DYNMESH_EXPORT Measure {
   double stretch = 0;
   /// How many times as long as those of the template the edges are, by their median.
   double growth = 1;
-  /// Whether no frame of the tracker has been good yet. Its template is the subject as it is in the
+  /// Whether no earlier frame of the tracker was good. Its template is the subject as it is in the
   /// first scan; one that must be deformed to reach the points is another, or lies elsewhere.
   bool is_start = false;
   double seen = 1;  ///< the share of the vertices that have a measured point

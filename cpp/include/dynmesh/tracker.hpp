@@ -94,8 +94,7 @@ struct TrackingReport : FrameReport {
 /// empty, count as frames in which nothing was observed. No points at all are allowed.
 ///
 /// If a call throws any exception, the tracker stays as it was before the call and nothing is
-/// written to `tracked`. A tracker may be used by one thread at a time. A state of a completer is
-/// refused.
+/// written to `tracked`. FrameStream says what threads may do. A state of a completer is refused.
 template <class Real>
 class DYNMESH_EXPORT Tracker : public FrameStream {
  public:
@@ -120,9 +119,8 @@ class DYNMESH_EXPORT Tracker : public FrameStream {
   /// Makes this complete frame the new template, as if the tracker were newly constructed.
   void reset(Points<const Real> frame);
 
-  [[nodiscard]] const TrackerSettings& settings() const;
-  /// (k,) 1 for the vertices that have a measured point in the last frame, else 0. Valid until the
-  /// next call of any member function.
+  [[nodiscard]] const TrackerSettings& settings() const;  ///< may be called at any time
+  /// (k,) 1 for the vertices that have a measured point in the last frame, else 0.
   [[nodiscard]] std::span<const std::uint8_t> observed() const;
   /// (k,) the standard error of the distance of each vertex of the last frame from the true
   /// surface, in the unit of the positions: about 90 % are within 1.645 of it, fewer of
@@ -130,11 +128,12 @@ class DYNMESH_EXPORT Tracker : public FrameStream {
   /// along the surface, where nothing measured tells, is not known. Throws std::invalid_argument
   /// without `uncertainty`.
   [[nodiscard]] std::span<const Real> standard_error() const;
-  /// The report of the last frame. Before the first frame, all vertices count as known.
-  [[nodiscard]] const TrackingReport& report() const;
+  /// The report of the last frame, which may be read at any time. Before the first frame, all
+  /// vertices count as known.
+  [[nodiscard]] TrackingReport report() const;
   /// How well the last frame explains what each sensor measured: one for each image or viewpoint,
   /// in the order of the call. A point of a scan counts for the viewpoint that its normal turns to
-  /// most. Empty before the first frame and after `restore`. Valid until the next call.
+  /// most. Empty before the first frame and after `restore`.
   [[nodiscard]] std::span<const Agreement> agreement_of_sensors() const;
 
  private:

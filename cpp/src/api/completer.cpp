@@ -67,13 +67,15 @@ struct CompletionSolver final : StreamSolver {
   std::unique_ptr<Motion> motion;
 };
 
+using CompletionMesh = StreamMeshOf<Settings, FrameReport>;
+
 /// One sequence of frames, completed after the public functions have checked the arguments.
 template <class Real>
 struct Completer<Real>::Parts final : FrameStream::Parts {
-  Parts(std::shared_ptr<StreamMesh> of_all, const Settings& chosen,
-        std::shared_ptr<CompletionSolver> of_frame)
-      : FrameStream::Parts(std::move(of_all), of_frame, dynmesh::largest_coordinate<Real>),
-        settings(chosen),
+  Parts(const std::shared_ptr<CompletionMesh>& of_all, std::shared_ptr<CompletionSolver> of_frame)
+      : FrameStream::Parts(of_all, of_frame, dynmesh::largest_coordinate<Real>),
+        own(of_all),
+        settings(of_all->settings),
         solver(*of_frame) {
     if (solver.of_detail) {
       solver.of_detail->detail.begin(memory);
@@ -82,11 +84,10 @@ struct Completer<Real>::Parts final : FrameStream::Parts {
     standard_error.resize(memory.errors.standard_errors.size());
     tell_errors(report);
     count(memory.generations, report);
-    measure_state();
   }
-  Parts(std::shared_ptr<StreamMesh> of_all, const Settings& chosen, Frame frame)
-      : Parts(of_all, chosen,
-              std::make_shared<CompletionSolver>(*of_all, chosen, std::move(frame),
+  Parts(const std::shared_ptr<CompletionMesh>& of_all, Frame frame)
+      : Parts(of_all,
+              std::make_shared<CompletionSolver>(*of_all, of_all->settings, std::move(frame),
                                                  std::numeric_limits<Real>::epsilon())) {}
 
   /// Completes the frame whose anchors have been read. Only the estimate can fail, if memory is
@@ -117,6 +118,7 @@ struct Completer<Real>::Parts final : FrameStream::Parts {
     tell_errors(made);
     made.seconds = std::chrono::duration<double>(Clock::now() - start).count();
     report = made;
+    publish();
     return report;
   }
 
@@ -135,11 +137,12 @@ struct Completer<Real>::Parts final : FrameStream::Parts {
 
   [[nodiscard]] std::unique_ptr<FrameStream::Parts> begun(Frame frame) const override {
     if (begins_with(frame) && !settings.learn) {
-      return std::make_unique<Parts>(mesh, settings,
+      return std::make_unique<Parts>(own,
                                      std::static_pointer_cast<CompletionSolver>(shared_solver));
     }
-    return std::make_unique<Parts>(mesh, settings, std::move(frame));
+    return std::make_unique<Parts>(own, std::move(frame));
   }
+  void publish_report() const noexcept override { own->report.set(report); }
 
   /// What a state is of.
   static StateKind kind() { return {completer_state, "completer", sizeof(Real)}; }
@@ -151,14 +154,16 @@ struct Completer<Real>::Parts final : FrameStream::Parts {
   }
 
   [[nodiscard]] Reader open(std::span<const std::byte> state) const override {
-    return read_head(state, state_size, kind(), *mesh, settings);
+    return read_head(state, kind(), *mesh, settings);
   }
   void read_memory(Reader& reader) override {
     for_each_number(*this, NumberReader(reader));
     check();
     if (LearnedModes* learned = solver.learned()) learned->make();
     count(memory.generations, report);
-    solver.quality.tell(memory.last, memory.generations.of_vertices(), memory.verdict, report);
+    if (memory.n_frames > 0) {  // frame 0 is not judged
+      solver.quality.tell(memory.last, memory.generations.of_vertices(), memory.verdict, report);
+    }
     tell_errors(report);
   }
 
@@ -169,7 +174,8 @@ struct Completer<Real>::Parts final : FrameStream::Parts {
     if (auto* learned = self.solver.learned()) LearnedModes::each_number(*learned, visit);
   }
 
-  Settings settings;
+  std::shared_ptr<CompletionMesh> own;  // `mesh`
+  const Settings& settings;
   CompletionSolver& solver;
   std::vector<Real> standard_error;  // (k,), or empty
   FrameReport report;
@@ -180,9 +186,9 @@ Completer<Real>::Completer(Faces faces, Points<const Real> first_frame, const Se
   const DefaultArithmetic arithmetic;
   check_settings(settings);
   auto frame = first_frame_of(first_frame);
-  auto mesh =
-      std::make_shared<StreamMesh>(faces, frame.size(), settings.threads, default_task_sharing());
-  parts_ = std::make_unique<Parts>(std::move(mesh), settings, std::move(frame));
+  const auto mesh =
+      std::make_shared<CompletionMesh>(settings, faces, frame.size(), default_task_sharing());
+  begin(std::make_unique<Parts>(mesh, std::move(frame)));
 }
 
 template <class Real>
@@ -199,9 +205,9 @@ Completer<Real>::Completer(Faces faces, Points<const Real> first_frame, const Se
                        "give one of the two");
   }
   auto frame = first_frame_of(first_frame);
-  auto mesh = std::make_shared<StreamMesh>(faces, frame.size(), settings.threads,
-                                           default_task_sharing(), frames_of(training, frame));
-  parts_ = std::make_unique<Parts>(std::move(mesh), settings, std::move(frame));
+  const auto mesh = std::make_shared<CompletionMesh>(
+      settings, faces, frame.size(), default_task_sharing(), frames_of(training, frame));
+  begin(std::make_unique<Parts>(mesh, std::move(frame)));
 }
 
 template <class Real>
@@ -213,7 +219,7 @@ template <class Real>
 void Completer<Real>::reset(Points<const Real> frame) {
   const DefaultArithmetic arithmetic;
   check_rows("frame", frame, n_vertices());
-  parts_ = parts().begun(complete_frame("frame", frame));
+  replace(parts().begun(complete_frame("frame", frame)));
 }
 
 template <class Real>
@@ -279,7 +285,7 @@ FrameReport Completer<Real>::skip(Points<Real> completed) {
 
 template <class Real>
 const Settings& Completer<Real>::settings() const {
-  return parts().settings;
+  return static_cast<const CompletionMesh&>(*mesh_).settings;
 }
 template <class Real>
 std::span<const Real> Completer<Real>::standard_error() const {
@@ -287,8 +293,8 @@ std::span<const Real> Completer<Real>::standard_error() const {
   return parts().standard_error;
 }
 template <class Real>
-const FrameReport& Completer<Real>::report() const {
-  return parts().report;
+FrameReport Completer<Real>::report() const {
+  return static_cast<const CompletionMesh&>(*mesh_).report.get();
 }
 
 template class Completer<float>;

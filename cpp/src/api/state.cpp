@@ -83,8 +83,9 @@ void write_head(Writer& writer, const StateKind& kind, const StreamMesh& mesh,
 }
 
 template <class Settings>
-Reader read_head(std::span<const std::byte> state, std::size_t size, const StateKind& kind,
-                 const StreamMesh& mesh, const Settings& settings) {
+Reader read_head(std::span<const std::byte> state, const StateKind& kind, const StreamMesh& mesh,
+                 const Settings& settings) {
+  const std::size_t size = mesh.state_size;
   Reader reader(state);
   StateFormat format{};
   reader.read(std::span<char>(format));
@@ -112,9 +113,9 @@ Reader read_head(std::span<const std::byte> state, std::size_t size, const State
 
 template void write_head(Writer&, const StateKind&, const StreamMesh&, const Settings&);
 template void write_head(Writer&, const StateKind&, const StreamMesh&, const TrackerSettings&);
-template Reader read_head(std::span<const std::byte>, std::size_t, const StateKind&,
-                          const StreamMesh&, const Settings&);
-template Reader read_head(std::span<const std::byte>, std::size_t, const StateKind&,
-                          const StreamMesh&, const TrackerSettings&);
+template Reader read_head(std::span<const std::byte>, const StateKind&, const StreamMesh&,
+                          const Settings&);
+template Reader read_head(std::span<const std::byte>, const StateKind&, const StreamMesh&,
+                          const TrackerSettings&);
 
 }  // namespace dynmesh

@@ -30,11 +30,11 @@ template <class Settings>
 void write_head(Writer& writer, const StateKind& kind, const StreamMesh& mesh,
                 const Settings& settings);
 
-/// Reads it again. Refuses a state of another kind, mesh or settings, and one that is damaged or
-/// not of `size` bytes.
+/// Reads it again. Refuses a state of another kind, mesh or settings, and one that is damaged or of
+/// another size.
 template <class Settings>
-Reader read_head(std::span<const std::byte> state, std::size_t size, const StateKind& kind,
-                 const StreamMesh& mesh, const Settings& settings);
+Reader read_head(std::span<const std::byte> state, const StateKind& kind, const StreamMesh& mesh,
+                 const Settings& settings);
 
 /// What a state keeps of a report. Later numbers of vertices and the standard error follow from
 /// what else it keeps.

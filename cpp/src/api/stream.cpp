@@ -93,10 +93,9 @@ void FrameStream::Parts::check() {
   next = memory;  // numbers that no step writes would otherwise differ from frame to frame
 }
 
-void FrameStream::Parts::measure_state() {
-  Writer writer;
-  write(writer);
-  state_size = writer.take_sealed().size();
+void FrameStream::Parts::publish() const noexcept {
+  publish_report();
+  mesh->n_frames.store(memory.n_frames);
 }
 
 void count(const Generations& generations, FrameReport& report) {
@@ -115,12 +114,22 @@ FrameStream::~FrameStream() = default;
 FrameStream::FrameStream(FrameStream&&) noexcept = default;
 FrameStream& FrameStream::operator=(FrameStream&&) noexcept = default;
 
+void FrameStream::begin(std::unique_ptr<Parts> first) {
+  mesh_ = first->mesh;
+  parts_ = std::move(first);
+  parts_->publish();
+  mesh_->state_size = state().size();
+}
+void FrameStream::replace(std::unique_ptr<Parts> sequence) noexcept {
+  parts_ = std::move(sequence);
+  parts_->publish();
+}
+
 std::vector<std::byte> FrameStream::state() const {
   Writer writer(state_size());
   parts_->write(writer);
   return writer.take_sealed();
 }
-std::size_t FrameStream::state_size() const { return parts_->state_size; }
 
 void FrameStream::restore(std::span<const std::byte> state) {
   const DefaultArithmetic arithmetic;
@@ -130,15 +139,14 @@ void FrameStream::restore(std::span<const std::byte> state) {
   check_stored_frame(frame, parts_->largest_coordinate);
   auto restored = parts_->begun(std::move(frame));
   restored->read_memory(reader);
-  parts_ = std::move(restored);
+  replace(std::move(restored));
 }
 
-std::size_t FrameStream::n_vertices() const { return parts_->n_vertices(); }
-std::size_t FrameStream::n_edges() const {
-  return parts_->mesh->topology.cells.neighbours.size() / 2;
-}
-const TopologyReport& FrameStream::topology() const { return parts_->mesh->topology.report; }
-std::size_t FrameStream::n_frames() const { return parts_->memory.n_frames; }
+std::size_t FrameStream::state_size() const { return mesh_->state_size; }
+std::size_t FrameStream::n_vertices() const { return mesh_->topology.cells.size(); }
+std::size_t FrameStream::n_edges() const { return mesh_->topology.cells.neighbours.size() / 2; }
+const TopologyReport& FrameStream::topology() const { return mesh_->topology.report; }
+std::size_t FrameStream::n_frames() const { return mesh_->n_frames; }
 std::span<const Index> FrameStream::generation() const {
   return parts_->memory.generations.of_vertices();
 }

@@ -1,6 +1,7 @@
 /// What completers and trackers share: one stream of frames of one mesh.
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <dynmesh/frame_report.hpp>
@@ -14,6 +15,7 @@
 #include <vector>
 
 #include "api/disconnected.hpp"
+#include "api/published.hpp"
 #include "base/geometry.hpp"
 #include "base/stored_numbers.hpp"
 #include "base/training_frames.hpp"
@@ -23,7 +25,9 @@
 
 namespace dynmesh {
 
-/// What all sequences of a completer or of a tracker have in common.
+/// What all sequences of a completer or of a tracker have in common. `reset` and `restore` leave it
+/// where it is, so that any thread may read the constants in it, and what is published, at any
+/// time.
 struct StreamMesh {
   StreamMesh(Faces mesh_faces, std::size_t n_vertices, Index threads, const TaskSharing& sharing,
              TrainingFrames training_frames = {});
@@ -32,7 +36,21 @@ struct StreamMesh {
   Topology topology;
   std::vector<Triangle> faces;
   Workers workers;
-  std::uint64_t training_hash = 0;  ///< of the training frames; 0 without training
+  std::uint64_t training_hash = 0;        ///< of the training frames; 0 without training
+  std::size_t state_size = 0;             ///< of all states; set by the constructor of the stream
+  std::atomic<std::size_t> n_frames = 0;  ///< of the sequence
+};
+
+/// The same with settings, and reports of this kind.
+template <class Settings, class Report>
+struct StreamMeshOf final : StreamMesh {
+  StreamMeshOf(const Settings& chosen, Faces mesh_faces, std::size_t n_vertices,
+               const TaskSharing& sharing, TrainingFrames training_frames = {})
+      : StreamMesh(mesh_faces, n_vertices, chosen.threads, sharing, std::move(training_frames)),
+        settings(chosen) {}
+
+  Settings settings;
+  Published<Report> report;  ///< of the last frame
 };
 
 /// Finds the frames of sequences that begin with the same frame. Nothing is in it on which a later
@@ -63,6 +81,10 @@ struct FrameStream::Parts {
   /// Another sequence with the same mesh and settings, and with the same solver if it begins with
   /// the same frame.
   [[nodiscard]] virtual std::unique_ptr<Parts> begun(Frame frame) const = 0;
+  /// Publishes the report of the last frame.
+  virtual void publish_report() const noexcept = 0;
+  /// Publishes the last frame, and how many there were.
+  void publish() const noexcept;
   /// Everything that later frames depend on.
   virtual void write(Writer& writer) const = 0;
   /// Checks the beginning of a state, after which frame 0 follows.
@@ -90,14 +112,11 @@ struct FrameStream::Parts {
   [[nodiscard]] bool begins_with(const Frame& frame) const;
   /// Checks the memory that was read, and finds what follows from it.
   void check();
-  /// Finds the size of states, which is always the same.
-  void measure_state();
 
   std::shared_ptr<StreamMesh> mesh;  ///< of all sequences
   std::shared_ptr<StreamSolver> shared_solver;
   double largest_coordinate;
   Memory memory, next;
-  std::size_t state_size = 0;
 };
 
 /// The numbers of vertices in the report of a frame.

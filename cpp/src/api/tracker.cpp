@@ -30,7 +30,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 /// The last character is the version of the format.
-constexpr StateFormat tracker_state = {'d', 'y', 'n', 't', 'r', 'a', 'c', 'F'};
+constexpr StateFormat tracker_state = {'d', 'y', 'n', 't', 'r', 'a', 'c', 'G'};
 
 /// Says of the whole frame what its measure says.
 void tell_quality(TrackingReport& report) {
@@ -71,13 +71,15 @@ struct TrackingSolver final : StreamSolver {
   Recovery recovery;
 };
 
+using TrackingMesh = StreamMeshOf<TrackerSettings, TrackingReport>;
+
 /// One sequence of frames, tracked after the public functions have checked the arguments.
 template <class Real>
 struct Tracker<Real>::Parts final : FrameStream::Parts {
-  Parts(std::shared_ptr<StreamMesh> of_all, const TrackerSettings& chosen,
-        std::shared_ptr<TrackingSolver> solver)
-      : FrameStream::Parts(std::move(of_all), solver, dynmesh::largest_coordinate<Real>),
-        settings(chosen),
+  Parts(const std::shared_ptr<TrackingMesh>& of_all, std::shared_ptr<TrackingSolver> solver)
+      : FrameStream::Parts(of_all, solver, dynmesh::largest_coordinate<Real>),
+        own(of_all),
+        settings(of_all->settings),
         surface(solver->surface),
         recovery(solver->recovery) {
     surface.begin(memory);
@@ -86,13 +88,12 @@ struct Tracker<Real>::Parts final : FrameStream::Parts {
     standard_error.resize(memory.errors.standard_errors.size());
     tell_errors(report);
     count(memory.generations, report);
-    measure_state();
+    report.measure.is_start = memory.is_start != 0;
   }
-  Parts(std::shared_ptr<StreamMesh> of_all, const TrackerSettings& chosen, Frame frame)
-      : Parts(of_all, chosen,
-              std::make_shared<TrackingSolver>(
-                  *of_all, chosen, std::move(frame),
-                  static_cast<double>(std::numeric_limits<Real>::epsilon()))) {}
+  Parts(const std::shared_ptr<TrackingMesh>& of_all, Frame frame)
+      : Parts(of_all, std::make_shared<TrackingSolver>(
+                          *of_all, of_all->settings, std::move(frame),
+                          static_cast<double>(std::numeric_limits<Real>::epsilon()))) {}
 
   /// Finds the frame in what was measured. Only this can fail, and nothing that is kept between
   /// calls changes before `advance`.
@@ -135,6 +136,7 @@ struct Tracker<Real>::Parts final : FrameStream::Parts {
     made.seconds = std::chrono::duration<double>(Clock::now() - start).count();
     report = made;
     of_sensors = std::move(found.agreements.of_sensors);
+    publish();
     return report;
   }
 
@@ -154,11 +156,11 @@ struct Tracker<Real>::Parts final : FrameStream::Parts {
 
   [[nodiscard]] std::unique_ptr<FrameStream::Parts> begun(Frame frame) const override {
     if (begins_with(frame)) {
-      return std::make_unique<Parts>(mesh, settings,
-                                     std::static_pointer_cast<TrackingSolver>(shared_solver));
+      return std::make_unique<Parts>(own, std::static_pointer_cast<TrackingSolver>(shared_solver));
     }
-    return std::make_unique<Parts>(mesh, settings, std::move(frame));
+    return std::make_unique<Parts>(own, std::move(frame));
   }
+  void publish_report() const noexcept override { own->report.set(report); }
 
   /// What a state is of.
   static StateKind kind() { return {tracker_state, "tracker", sizeof(Real)}; }
@@ -170,13 +172,12 @@ struct Tracker<Real>::Parts final : FrameStream::Parts {
   }
 
   [[nodiscard]] Reader open(std::span<const std::byte> state) const override {
-    return read_head(state, state_size, kind(), *mesh, settings);
+    return read_head(state, kind(), *mesh, settings);
   }
   void read_memory(Reader& reader) override {
     for_each_number(*this, NumberReader(reader));
     check();
     Recovery::check(memory);
-    report.measure.is_start = memory.is_start != 0;
     report.measure.quality = judged(report.measure);
     tell_quality(report);
     count(memory.generations, report);
@@ -190,11 +191,13 @@ struct Tracker<Real>::Parts final : FrameStream::Parts {
     const auto any = [&](auto, auto& number, auto) { visit(number, false); };
     for_each_field(self.report.measure.agreement, any);
     dynmesh::for_each_number(self.report.measure, any);
+    visit(self.report.measure.is_start);
     visit(self.report.recovered);
     each_number(self.memory, visit);
   }
 
-  TrackerSettings settings;
+  std::shared_ptr<TrackingMesh> own;  // `mesh`
+  const TrackerSettings& settings;
   TemplateTracking& surface;
   const Recovery& recovery;
   std::vector<Real> standard_error;  // (k,), or empty
@@ -208,9 +211,9 @@ Tracker<Real>::Tracker(Faces faces, Points<const Real> first_frame,
   const DefaultArithmetic arithmetic;
   check_settings(settings);
   auto frame = first_frame_of(first_frame);
-  auto mesh = std::make_shared<StreamMesh>(faces, frame.size(), settings.threads,
-                                           task_sharing_of_tracking());
-  parts_ = std::make_unique<Parts>(std::move(mesh), settings, std::move(frame));
+  const auto mesh =
+      std::make_shared<TrackingMesh>(settings, faces, frame.size(), task_sharing_of_tracking());
+  begin(std::make_unique<Parts>(mesh, std::move(frame)));
 }
 
 template <class Real>
@@ -219,9 +222,9 @@ Tracker<Real>::Tracker(Faces faces, Points<const Real> first_frame, const Tracke
   const DefaultArithmetic arithmetic;
   check_settings(settings);
   auto frame = first_frame_of(first_frame);
-  auto mesh = std::make_shared<StreamMesh>(faces, frame.size(), settings.threads,
-                                           task_sharing_of_tracking(), frames_of(training, frame));
-  parts_ = std::make_unique<Parts>(std::move(mesh), settings, std::move(frame));
+  const auto mesh = std::make_shared<TrackingMesh>(
+      settings, faces, frame.size(), task_sharing_of_tracking(), frames_of(training, frame));
+  begin(std::make_unique<Parts>(mesh, std::move(frame)));
 }
 
 template <class Real>
@@ -233,7 +236,7 @@ template <class Real>
 void Tracker<Real>::reset(Points<const Real> frame) {
   const DefaultArithmetic arithmetic;
   check_rows("frame", frame, n_vertices());
-  parts_ = parts().begun(complete_frame("frame", frame));
+  replace(parts().begun(complete_frame("frame", frame)));
 }
 
 template <class Real>
@@ -270,7 +273,7 @@ TrackingReport Tracker<Real>::skip(Points<Real> tracked) {
 
 template <class Real>
 const TrackerSettings& Tracker<Real>::settings() const {
-  return parts().settings;
+  return static_cast<const TrackingMesh&>(*mesh_).settings;
 }
 template <class Real>
 std::span<const std::uint8_t> Tracker<Real>::observed() const {
@@ -284,8 +287,8 @@ std::span<const Real> Tracker<Real>::standard_error() const {
   return parts().standard_error;
 }
 template <class Real>
-const TrackingReport& Tracker<Real>::report() const {
-  return parts().report;
+TrackingReport Tracker<Real>::report() const {
+  return static_cast<const TrackingMesh&>(*mesh_).report.get();
 }
 
 template <class Real>

@@ -196,10 +196,10 @@ dynmesh_status guarded(const Call& call) noexcept {
   }
 }
 
-/// Calls `call` with the object in `handle`, of float or of double, to read properties that never
-/// change, which any thread may do.
+/// Calls `call` with the object in `handle`, of float or of double, for what any thread may do at
+/// any time.
 template <class Handle, class Call>
-dynmesh_status with_constant(Handle* handle, const Call& call) noexcept {
+dynmesh_status at_any_time(Handle* handle, const Call& call) noexcept {
   return guarded([&] {
     check_pointer(Handle::name, handle);
     std::visit(call, handle->any);
@@ -209,7 +209,7 @@ dynmesh_status with_constant(Handle* handle, const Call& call) noexcept {
 /// The same for all else, which is refused while another thread is using the object.
 template <class Handle, class Call>
 dynmesh_status with(Handle* handle, const Call& call) noexcept {
-  return with_constant(handle, [&](auto& object) { handle->turns.enter([&] { call(object); }); });
+  return at_any_time(handle, [&](auto& object) { handle->turns.enter([&] { call(object); }); });
 }
 
 /// Calls `call` with positions, which are float or double as their type says, and a training
@@ -436,7 +436,7 @@ const char* dynmesh_version() { return DYNMESH_VERSION; }
     });                                                                                         \
   }                                                                                             \
   dynmesh_status prefix##state_size(const Handle* handle, int64_t* size) {                      \
-    return with_constant(handle, [&](const auto& o) {                                           \
+    return at_any_time(handle, [&](const auto& o) {                                             \
       check_pointer("size", size);                                                              \
       *size = static_cast<int64_t>(o.state_size());                                             \
     });                                                                                         \
@@ -594,12 +594,12 @@ dynmesh_status dynmesh_tracker_push_depth(dynmesh_tracker* tracker,
 
 int64_t dynmesh_n_vertices(const dynmesh_completer* completer) {
   int64_t k = 0;
-  (void)with_constant(completer, [&](const auto& c) { k = static_cast<int64_t>(c.n_vertices()); });
+  (void)at_any_time(completer, [&](const auto& c) { k = static_cast<int64_t>(c.n_vertices()); });
   return k;
 }
 
 dynmesh_status dynmesh_report(const dynmesh_completer* completer, dynmesh_frame_report* report) {
-  return with(completer, [&](const auto& c) {
+  return at_any_time(completer, [&](const auto& c) {
     check_pointer("report", report);
     store(c.report(), report);
   });
@@ -607,7 +607,7 @@ dynmesh_status dynmesh_report(const dynmesh_completer* completer, dynmesh_frame_
 
 dynmesh_status dynmesh_topology(const dynmesh_completer* completer,
                                 dynmesh_topology_report* report) {
-  return with_constant(completer, [&](const auto& c) {
+  return at_any_time(completer, [&](const auto& c) {
     check_pointer("report", report);
     const TopologyReport& found = c.topology();
     *report = {static_cast<int64_t>(found.components),
@@ -619,7 +619,7 @@ dynmesh_status dynmesh_topology(const dynmesh_completer* completer,
 
 dynmesh_status dynmesh_refused_face(const dynmesh_completer* completer, int64_t number,
                                     int64_t* face, const char** reason) {
-  return with_constant(completer, [&](const auto& c) {
+  return at_any_time(completer, [&](const auto& c) {
     check_pointer("face", face);
     check_pointer("reason", reason);
     const auto& refused = c.topology().refused_faces;

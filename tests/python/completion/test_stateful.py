@@ -1,11 +1,12 @@
 """Completers and trackers under random calls, valid and invalid, compared with a model and a twin.
 
-The twin is a second one that works in another unit, on one thread and with packed arrays, and that
+The twin is a second one that works in another unit and with packed arrays, and that
 receives only the calls that counted: none that was refused, and none that a restored state undid.
 Since units differ by powers of two, it must agree bit for bit.
 """
 
 from collections.abc import Callable
+from dataclasses import asdict
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,7 +20,6 @@ from reference import directed_edges, edges_to
 from streams import COPIES
 
 import dynmesh
-from dynmesh import _core
 
 Subject = dynmesh.Completer | dynmesh.Tracker
 
@@ -65,19 +65,16 @@ class Accepted(NamedTuple):
     numbers: tuple[float, ...]
 
 
-def sharing(make: Callable[[], Subject]) -> Subject:
-    """Makes one whose pieces are small and wait for the other thread, so that both do some."""
-    # The patience lasts for about a minute.
-    usual = _core._set_task_sharing(chunk=4, short_chunk=4, fewest_pieces=2, patience=10**6)
-    made = make()
-    _core._set_task_sharing(*usual)
-    return made
+def told_by(subject: Subject) -> str:
+    """What it tells of its last frame, but for the times: text, in which NaN equals NaN."""
+    report = {**asdict(subject.report), "n_frames": subject.n_frames}
+    return repr({name: value for name, value in report.items() if not name.endswith("seconds")})
 
 
 class AnyCalls(RuleBasedStateMachine):
     """What holds for completers and trackers alike."""
 
-    def make(self, place: Place, threads: int) -> Subject:
+    def make(self, place: Place) -> Subject:
         raise NotImplementedError
 
     def bad_calls(self, data: st.DataObject) -> list[Callable[[], Any]]:
@@ -94,11 +91,10 @@ class AnyCalls(RuleBasedStateMachine):
         self.unit = data.draw(units)
         self.first = Place(self.unit, angle, shift).points(first).astype(self.dtype)
         self.draw_settings(data)
-        self.threads = data.draw(st.sampled_from([1, 2]))
-        self.subject: Any = sharing(lambda: self.make(HERE, self.threads))
+        self.subject: Any = self.make(HERE)
         self.age = np.zeros(self.k, np.int32)
         self.accepted: list[Accepted] = []
-        self.saved: list[tuple[bytes, Array, int]] = []
+        self.saved: list[tuple[bytes, Array, int, str]] = []
         self.twin_unit = data.draw(units) / self.unit
 
     def draw_settings(self, data: st.DataObject) -> None:
@@ -156,7 +152,7 @@ class AnyCalls(RuleBasedStateMachine):
         if not hasattr(self, "accepted"):
             return
         twin = Place(self.twin_unit)
-        other = self.make(twin, 1)
+        other = self.make(twin)
         for call, frame, lengths, numbers in self.accepted:
             again = call(other, twin)
             assert (again is None) == (frame is None)
@@ -185,7 +181,7 @@ class AnyCalls(RuleBasedStateMachine):
         reset(self.subject, HERE)
         first, self.first = self.first, points.astype(self.dtype)
         try:
-            assert self.subject.state() == self.make(HERE, 1).state()
+            assert self.subject.state() == self.make(HERE).state()
         except ValueError as error:  # a reset does not ask for the size of the training
             if "training: its size" not in str(error):
                 raise
@@ -195,27 +191,28 @@ class AnyCalls(RuleBasedStateMachine):
 
     @rule()
     def save(self) -> None:
-        self.saved.append((self.subject.state(), self.age.copy(), len(self.accepted)))
+        told = told_by(self.subject)
+        self.saved.append((self.subject.state(), self.age.copy(), len(self.accepted), told))
 
     @precondition(lambda self: self.saved)
     @rule(data=st.data(), how=st.sampled_from(["here", "elsewhere", *COPIES]))
     def restore(self, data: st.DataObject, how: str | Callable[[Any], Any]) -> None:
-        state, age, n = data.draw(st.sampled_from(self.saved))
+        state, age, n, told = data.draw(st.sampled_from(self.saved))
         self.age = age.copy()
         self.accepted = self.accepted[:n]
         self.saved = [one for one in self.saved if one[2] <= n]
         if how == "elsewhere":
-            self.subject = self.make(HERE, 1)
-            self.threads = 1
+            self.subject = self.make(HERE)
         elif not isinstance(how, str):
             before, left = self.subject.state(), self.subject
-            self.subject = sharing(lambda: how(left))
+            self.subject = how(left)
             assert self.subject.state() == before
             assert self.subject.settings == left.settings
             left.skip()  # which does not concern the copy
             assert self.subject.state() == before
         self.subject.restore(state)
         assert self.subject.state() == state
+        assert told_by(self.subject) == told
 
     @rule(data=st.data())
     def misuse(self, data: st.DataObject) -> None:
@@ -266,12 +263,10 @@ class CompleterCalls(AnyCalls):
             self.settings |= {"method": "motion", "extra_iterations": extra}
             self.settings["revisit"] = data.draw(st.booleans())
 
-    def make(self, place: Place, threads: int) -> Subject:
+    def make(self, place: Place) -> Subject:
         noise = None if self.noise is None else self.noise * place.unit
         first, training = self.given(place)
-        return dynmesh.Completer(
-            self.faces, first, threads=threads, noise=noise, training=training, **self.settings
-        )
+        return dynmesh.Completer(self.faces, first, noise=noise, training=training, **self.settings)
 
     def points(self, data: st.DataObject, n: int) -> Array:
         rng = np.random.default_rng(data.draw(st.integers(0, 2**32 - 1)))
@@ -299,11 +294,7 @@ class CompleterCalls(AnyCalls):
 
     def frame(self, known: Array, points: Array, call: Call) -> None:
         """Makes a valid call, in which `points` are observed where `known`."""
-        pieces = _core._pieces_done_by_others()
         result = self.accept(call)
-        is_shared = _core._pieces_done_by_others() > pieces
-        # With at most four vertices, only the parts of what is learned are shared, in some frames.
-        assert (self.threads > 1 and self.k > 4) <= is_shared <= (self.threads > 1)
         if self.settings.get("reject_outliers"):
             anchors = self.subject.generation == 0
             assert not (anchors & ~known).any()
@@ -385,11 +376,11 @@ class TrackerCalls(AnyCalls):
         super().draw_settings(data)
         self.resolution = data.draw(st.sampled_from(["best", 20]))
 
-    def make(self, place: Place, threads: int) -> Subject:
+    def make(self, place: Place) -> Subject:
         first, training = self.given(place)
         options: Any = {"training": training, "uncertainty": self.uncertainty}
         options["resolution"] = self.resolution
-        return dynmesh.Tracker(self.faces, first, threads=threads, **options)
+        return dynmesh.Tracker(self.faces, first, **options)
 
     def scan(self, data: st.DataObject) -> tuple[Array, Array]:
         """Points of the moved surface, or of anything, and directions."""
