@@ -3,11 +3,9 @@
 #include <dynmesh/settings.hpp>
 #include <dynmesh/version.hpp>
 #include <exception>
-#include <tuple>
 #include <utility>
 
 #include "arrays.hpp"
-#include "base/workers.hpp"
 
 namespace dynmesh {
 namespace {
@@ -23,15 +21,6 @@ void translate_setting_error(std::exception_ptr thrown) {
   }
 }
 
-/// For tests of threads: how completers that are constructed later share their work. Returns the
-/// previous values.
-auto set_task_sharing(Index chunk, Index short_chunk, Index fewest_pieces, Index patience) {
-  TaskSharing& now = default_task_sharing();
-  const std::tuple before(now.chunk, now.short_chunk, now.fewest_pieces, now.patience);
-  now = {chunk, short_chunk, fewest_pieces, patience};
-  return before;
-}
-
 }  // namespace
 }  // namespace dynmesh
 
@@ -41,7 +30,4 @@ PYBIND11_MODULE(_core, module) {
   py::register_local_exception_translator(&translate_setting_error);
   bind_streams(module);
   bind_functions(module);
-  module.def("_set_task_sharing", &set_task_sharing, py::arg("chunk"), py::arg("short_chunk"),
-             py::arg("fewest_pieces"), py::arg("patience"));
-  module.def("_pieces_done_by_others", &pieces_done_by_others);
 }

@@ -76,9 +76,3 @@ def parse_ply(
 ) -> tuple[
     dict[str, dict[str, NDArray[Any] | tuple[NDArray[np.int64], NDArray[Any]]]], list[str]
 ]: ...
-
-# Only for tests; see cpp/src/base/workers.hpp.
-def _set_task_sharing(
-    chunk: int, short_chunk: int, fewest_pieces: int, patience: int
-) -> tuple[int, int, int, int]: ...
-def _pieces_done_by_others() -> int: ...

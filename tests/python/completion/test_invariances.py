@@ -17,7 +17,7 @@ from meshes import Array
 from scenes import CHANGES, Change, Scene, scene_of
 
 import dynmesh
-from dynmesh import _core, degrade
+from dynmesh import degrade
 
 
 class Result(NamedTuple):
@@ -29,7 +29,7 @@ class Result(NamedTuple):
 
 
 def completed(scene: Scene, **options: Any) -> Result:
-    completer = dynmesh.Completer(scene.faces, scene.frames[0], threads=scene.threads, **options)
+    completer = dynmesh.Completer(scene.faces, scene.frames[0], **options)
     made, errors, numbers = [], [], []
     for points, known in zip(scene.frames[1:], scene.known[1:], strict=True):
         made.append(completer.push(points, known))
@@ -41,7 +41,7 @@ def completed(scene: Scene, **options: Any) -> Result:
 
 
 def tracked(scene: Scene, **options: Any) -> Result:
-    tracker = dynmesh.Tracker(scene.faces, scene.frames[0], threads=scene.threads, **options)
+    tracker = dynmesh.Tracker(scene.faces, scene.frames[0], **options)
     made, errors = [], []
     for points, normals in zip(scene.points[1:], scene.normals[1:], strict=True):
         made.append(tracker.push(points, normals, viewpoints=scene.sensors[:2]))
@@ -52,20 +52,20 @@ def tracked(scene: Scene, **options: Any) -> Result:
 
 def registered(scene: Scene, **options: Any) -> Result:
     at = scene.points[scene.frame], scene.normals[scene.frame]
-    result = dynmesh.register(scene.faces, scene.frames[0], *at, threads=scene.threads, **options)
+    result = dynmesh.register(scene.faces, scene.frames[0], *at, **options)
     return Result(result.vertices[None])
 
 
 def put_together(scene: Scene, **options: Any) -> Result:
     result = dynmesh.whole_frame(
-        scene.faces, scene.frames, scene.known, frame=scene.frame, threads=scene.threads, **options
+        scene.faces, scene.frames, scene.known, frame=scene.frame, **options
     )
     return Result(result.positions[None], result.standard_error[None])
 
 
 def from_both_sides(scene: Scene) -> Result:
     sequence = dynmesh.Sequence(scene.frames, scene.faces.astype(np.int32), known=scene.known)
-    frames = dynmesh.complete(sequence, bidirectional=True, threads=scene.threads, start=0)
+    frames = dynmesh.complete(sequence, bidirectional=True, start=0)
     return Result(np.stack([frame.points for frame in frames])[1:])
 
 
@@ -195,17 +195,6 @@ EXCEPTIONS = (
 )  # fmt: skip
 
 
-def result_of(operation: str, scene: Scene) -> Result:
-    """Runs an operation; several threads share even the small pieces of small meshes."""
-    usual = _core._set_task_sharing(chunk=4, short_chunk=4, fewest_pieces=2, patience=10**6)
-    if scene.threads == 1:
-        _core._set_task_sharing(*usual)
-    try:
-        return OPERATIONS[operation](scene)
-    finally:
-        _core._set_task_sharing(*usual)
-
-
 def exception(operation: str, change: str) -> Exempt | None:
     applies = [e for e in EXCEPTIONS if operation.startswith(e.operations) and change in e.changes]
     return max(applies, key=lambda e: e.most, default=None)
@@ -238,12 +227,12 @@ def jittered(most: float, rng: np.random.Generator, points: Array) -> Array:
 def case(operation: str, kind: str, seed: int) -> tuple[Scene, Result, dict[str, float]]:
     """A scene, its result, and how many times the rounding of input that changes the result."""
     scene = scene_of(kind, seed)
-    result, growth = result_of(operation, scene), dict.fromkeys(Result._fields, 0.0)
+    result, growth = OPERATIONS[operation](scene), dict.fromkeys(Result._fields, 0.0)
     rounding = np.finfo(np.float64).eps * scene.size
     for number in range(2):
         rng = np.random.default_rng(number)
         near = scene.moved(partial(jittered, rounding, rng), np.eye(3))
-        found = differences(result, result_of(operation, near), Change(near))
+        found = differences(result, OPERATIONS[operation](near), Change(near))
         for name, change in found.items():
             growth[name] = max(growth[name], change / rounding)
     return scene, result, growth
@@ -257,7 +246,7 @@ def test_results_carry_over(operation: str, change: str, seed: int) -> None:
     kind = "torus" if seed % 2 or operation.startswith(("tracker", "registration")) else "sheet"
     scene, result, growth = case(operation, kind, seed)
     changed = CHANGES[change](scene, np.random.default_rng(seed))
-    found = differences(result, result_of(operation, changed.scene), changed)
+    found = differences(result, OPERATIONS[operation](changed.scene), changed)
     allowed = exception(operation, change)
     edges = scene.frames[0][scene.faces[:, 0]] - scene.frames[0][scene.faces[:, 1]]
     size = max(scene.size, changed.scene.size / changed.scale)

@@ -26,7 +26,6 @@ class Scene(NamedTuple):
         turns: (n, 3, 3) how far the body has turned.
         unit: the length of a unit.
         frame: the number of the frame that is registered or put together.
-        threads: how many work.
     """
 
     faces: Array
@@ -40,7 +39,6 @@ class Scene(NamedTuple):
     turns: Array
     unit: float = 1.0
     frame: int = 3
-    threads: int = 1
 
     def moved(self, change: Callable[[Array], Array], turn: Array) -> "Scene":
         """With all positions changed, and directions turned."""
@@ -149,10 +147,6 @@ def in_another_order(scene: Scene, rng: np.random.Generator) -> Change:
     )
 
 
-def by_several_threads(scene: Scene, rng: np.random.Generator) -> Change:
-    return Change(scene._replace(threads=int(rng.integers(2, 4))))
-
-
 def with_neighbour(scene: Scene, mesh: Mesh, frames: Array, rng: np.random.Generator) -> Change:
     k = scene.frames.shape[1]
     scan = scan_of(mesh, frames[0], N_POINTS, rng)
@@ -215,7 +209,6 @@ CHANGES: dict[str, Callable[[Scene, np.random.Generator], Change]] = {
     "mirrored": mirrored,
     "vertices renumbered": renumbered,
     "faces and points in another order": in_another_order,
-    "several threads": by_several_threads,
     "beside what rests": beside_what_rests,
     "twice": twice,
     "frames repeated": repeated,
