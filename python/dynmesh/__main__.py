@@ -8,9 +8,10 @@ def main() -> None:
     heard = signal.getsignal(signal.SIGINT)
     if heard is signal.default_int_handler:  # not ignored, as in the background of a script
         signal.signal(signal.SIGINT, signal.SIG_DFL)
-    from .cli import main as run
-
-    signal.signal(signal.SIGINT, heard)
+    try:
+        from .cli import main as run
+    finally:
+        signal.signal(signal.SIGINT, heard)
     run()
 
 

@@ -136,6 +136,7 @@ PAGES = (
     "docs/guides/training.md",
     "docs/guides/research.md",
     "docs/guides/scene_caches.md",
+    "docs/guides/service.md",
     "docs/guides/shell.md",
     "docs/guides/templates.md",
     "docs/guides/track.md",
@@ -181,7 +182,7 @@ def test_pages_do_what_they_say(name: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["motion", "properties"])
-def test_the_programs_of_the_method_hold(name: str, tmp_path: Path) -> None:
-    """They end with assertions."""
+@pytest.mark.parametrize("name", ["memory", "motion", "properties"])
+def test_the_programs_of_pages_hold(name: str, tmp_path: Path) -> None:
+    """They end with assertions, or measure."""
     run(sys.executable, PROGRAMS / f"{name}.py", cwd=tmp_path)
