@@ -5,7 +5,8 @@ import math
 import os
 import warnings
 from abc import abstractmethod
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from functools import cached_property
 from pathlib import Path
 from tokenize import TokenError
 from typing import IO, Any
@@ -64,7 +65,7 @@ class Rows:
             ValueError: see :func:`read_header`, or the size of the file does not match.
         """
         self._file, self._at = file, at
-        self.shape, self._by_columns, self.dtype = read_header(file)
+        self.shape, self.by_columns, self.dtype = read_header(file)
         if min(self.shape, default=0) < 0:
             raise InputError(f"declares an array of shape {self.shape}")
         self._begin = file.tell()
@@ -72,18 +73,21 @@ class Rows:
         expected = self._begin + math.prod(self.shape) * self.dtype.itemsize
         if size != expected:
             raise InputError(f"its header declares {expected} bytes, but the file has {size}")
-        # No row is contiguous in an array by columns, in Fortran order.
-        self._whole = self.whole() if self._by_columns else None
 
     def whole(self) -> NDArray[Any]:
         """Returns the whole array, as it is stored."""
         self._file.seek(self._begin)
         numbers = np.frombuffer(bytearray(self._file.read()), self.dtype)
-        return numbers.reshape(self.shape, order="F" if self._by_columns else "C")
+        return numbers.reshape(self.shape, order="F" if self.by_columns else "C")
+
+    @cached_property
+    def _whole(self) -> NDArray[Any]:
+        """An array by columns, in Fortran order, in which no row is contiguous."""
+        return self.whole()
 
     def read(self, number: int) -> NDArray[Any]:
         """Returns the row with this number, contiguous and in native byte order."""
-        if self._whole is not None:
+        if self.by_columns:
             return native(np.ascontiguousarray(self._whole[number]))
         place = self._begin + number * self._row_size
         data = self._at(self._file, place, self._row_size)
@@ -111,16 +115,30 @@ class RowsFrames(FileFrames):
     _arrays: Collection[str]
     """Which of these arrays there are."""
 
+    def __init__(self, path: Path, header: Header, files: Sequence[Path] | None = None) -> None:
+        """Called when the header is read; see :class:`dynmesh.FileFrames`."""
+        super().__init__(path, header, files)
+        self._by_columns: dict[str, Rows] = {}
+
     @abstractmethod
     def _open_rows(self, name: str) -> contextlib.AbstractContextManager[Rows]:
         """Opens the array with that name."""
 
     def _frames(self, numbers: Indices) -> Iterator[Frame]:
         with contextlib.ExitStack() as stack:
-            rows = {name: stack.enter_context(self._open_rows(name)) for name in self._arrays}
+            rows = {name: self._rows(name, stack) for name in self._arrays}
             for number in numbers:
                 arrays = {name: row.read(number) for name, row in rows.items()}
                 yield Frame(arrays.pop("vertices"), **arrays)
+
+    def _rows(self, name: str, stack: contextlib.ExitStack) -> Rows:
+        if name in self._by_columns:
+            return self._by_columns[name]
+        rows = stack.enter_context(self._open_rows(name))
+        if rows.by_columns:  # it is read as a whole, once
+            rows.read(0)
+            self._by_columns[name] = rows
+        return rows
 
 
 def native(row: NDArray[Any]) -> NDArray[Any]:

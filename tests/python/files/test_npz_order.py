@@ -11,11 +11,13 @@ import numpy as np
 import pytest
 
 import dynmesh
+from dynmesh.formats.rows import Rows
 
 N, K = 60, 2000
 VERTICES = np.random.default_rng(0).normal(size=(N, K, 3)).astype(np.float32).round(2)
 KNOWN = np.random.default_rng(1).random((N, K)) < 0.5
 SAVE: dict[str, Callable[..., None]] = {"stored": np.savez, "compressed": np.savez_compressed}
+BY_COLUMNS = np.asfortranarray(VERTICES)
 ORDERS: dict[str, list[int]] = {
     "backwards": [*reversed(range(N))],
     "any": np.random.default_rng(2).permutation(N).tolist(),
@@ -69,6 +71,29 @@ def test_any_order_unpacks_an_archive_once_in_little_memory(
     size = VERTICES.nbytes + KNOWN.nbytes
     assert read[0] < 1.7 * size
     assert peak < 0.5 * size
+
+
+@pytest.mark.parametrize("suffix", [".npz", ".npy"])
+def test_an_array_by_columns_is_read_once(
+    tmp_path: Path, suffix: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / f"a{suffix}"
+    if suffix == ".npz":
+        np.savez_compressed(path, vertices=BY_COLUMNS, faces=np.array([[0, 1, 2]]))
+    else:
+        np.save(path, BY_COLUMNS)
+        np.save(tmp_path / "a.faces.npy", np.array([[0, 1, 2]]))
+    read, whole = list[int](), Rows.whole
+
+    def counted(rows: Rows) -> Any:
+        read.append(rows.shape[0])
+        return whole(rows)
+
+    monkeypatch.setattr(Rows, "whole", counted)
+    with dynmesh.open(path) as frames:
+        for at in reversed(range(N)):
+            np.testing.assert_array_equal(frames[at].points, VERTICES[at])
+    assert read.count(N) == 1
 
 
 def test_damage_is_noticed_where_nothing_is_read(tmp_path: Path) -> None:
