@@ -13,11 +13,12 @@ from .._errors import KindError, naming
 from .._extras import require
 from .._report import listed
 from ..frames import Frames
+from ..header import largest_start
 from .alembic import alembic
-from .folders import files_in, matching
+from .folders import files_in, matching, with_missing
 from .format import Format
 from .hdf5 import hdf5
-from .names import WILDCARDS, FrameNames, numbers_in
+from .names import WILDCARDS, FrameNames, Number, by_number, numbers_in
 from .npy import npy
 from .npz import npz
 from .obj import obj
@@ -158,11 +159,14 @@ def named_like(frames: Frames, output: PathLike) -> tuple[Path, list[str]]:
         return folder, []
     with naming(path):
         numbers, pattern = ([0], None) if path.is_file() else numbers_in(files)
-    if pattern is not None:
-        names = FrameNames(folder, Path(pattern).name)
-        return (folder / names.pattern if names.numbered else folder), []
-    by_number = {number: file.name for number, file in zip(numbers, files, strict=True)}
-    wanted = [frames.header.number(frame) for frame in range(frames.n_frames)]
-    kept = [by_number[number] for number in wanted if number in by_number]
-    is_kept = len(set(kept)) == len(wanted)
-    return folder / f"frame_%04d{files[0].suffix}", kept if is_kept else []
+        present = by_number(zip(numbers, files, strict=True))
+        if pattern is None or max(map(abs, numbers)) > largest_start:  # frames are counted
+            counted = enumerate(with_missing([*present]))
+            of: dict[Number, str] = {
+                at: present[number].name for at, number in counted if number in present
+            }
+            kept = [of.get(frames.header.number(frame), "") for frame in range(frames.n_frames)]
+            is_kept = "" not in kept and len({*kept}) == len(kept)
+            return folder / f"frame_%04d{files[0].suffix}", kept if is_kept else []
+    names = FrameNames(folder, Path(pattern).name)
+    return (folder / names.pattern if names.numbered else folder), []
