@@ -45,7 +45,7 @@ def find_files(path: Path, suffix: str, gaps: Gaps = "refuse") -> FrameFiles:
             contains no such file.
     """
     names = FrameNames.of(path)
-    if path.is_file():
+    if path.exists() and not path.is_dir():
         return FrameFiles([path], [0])
     if not (names.numbered and not path.is_dir() and (present := names.existing())):
         files = files_in(path, suffix) if path.is_dir() else matching(path)

@@ -140,7 +140,7 @@ def write_frames(
     names = names_to_write(path, path.suffix)
     numbers = numbers_of_files(header, names)
     if header.n_frames > 1 and not names.numbered:
-        pattern = numbers_in([Path(path.name)]).pattern or f"{path.stem}_%04d{path.suffix}"
+        pattern = numbers_in([Path(path.name)])[1] or f"{path.stem}_%04d{path.suffix}"
         raise ValueError(f"one file holds one frame, not {header.n_frames}: write {pattern}")
     folder = destination_of(path).parent
     if folder.exists() and not folder.is_dir():

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -38,20 +38,9 @@ _CLOCK = re.compile(
 """A date and a time of day, which skip numbers where no frame is missing."""
 
 
-class Numbered(NamedTuple):
-    """The numbers of frames in names.
-
-    Attributes:
-        numbers: one for each name, in the order of the names.
-        pattern: the names with a conversion in place of the number; None if the numbers are not in
-            the names, but count them in natural order.
-    """
-
-    numbers: list[Number]
-    pattern: str | None = None
-
-
-def numbers_in(files: Sequence[Path], stems: Sequence[str] | None = None) -> Numbered:
+def numbers_in(
+    files: Sequence[Path], stems: Sequence[str] | None = None
+) -> tuple[list[Number], str | None]:
     """Finds the number of each frame: the one that differs in the names.
 
     If several differ, or a date and a time of day, frames are counted from 0. A decimal is one
@@ -60,6 +49,9 @@ def numbers_in(files: Sequence[Path], stems: Sequence[str] | None = None) -> Num
     Args:
         files: those of the frames.
         stems: the parts of their names that are compared, if these are not all but the suffixes.
+
+    Returns:
+        A number for each file, and the pattern of the names; None if the frames are counted.
 
     Raises:
         ValueError: the names cannot be compared.
@@ -70,17 +62,15 @@ def numbers_in(files: Sequence[Path], stems: Sequence[str] | None = None) -> Num
     kind, keys = _keys_of(files, stems)
     columns = [*zip(*(key[1::2] for key in keys), strict=False)]
     differing = [at for at, column in enumerate(columns) if len({*column}) > 1]
-    at = (differing or [len(columns) - 1])[-1]
     rests = {_CLOCK.sub("", stem) for stem in stems}
     is_by_clock = differing and len(rests) == 1 and rests != {*stems}
     if not columns or len(differing) > 1 or is_by_clock:
         ranks = {key: rank for rank, key in enumerate(sorted({*keys}))}
-        return Numbered([ranks[key] for key in keys])
+        return [ranks[key] for key in keys], None
+    at = differing[0] if differing else len(columns) - 1
     parts = [kind.split(stem) for stem in stems]
-    before, after = parts[0][: 2 * at + 1], parts[0][2 * at + 2 :]
-    conversion = _conversion_of([part[2 * at + 1] for part in parts])
-    pattern = "".join([*before, conversion, *after]) + files[0].suffix
-    return Numbered([number_of(part[2 * at + 1]) for part in parts], pattern)
+    parts[0][2 * at + 1] = _conversion_of([part[2 * at + 1] for part in parts])
+    return [*columns[at]], "".join(parts[0]) + files[0].suffix
 
 
 def _keys_of(files: Sequence[Path], stems: Sequence[str]) -> tuple[re.Pattern[str], list[Any]]:

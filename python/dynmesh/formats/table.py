@@ -153,12 +153,12 @@ def named_like(frames: Frames, output: PathLike) -> tuple[Path, list[str]]:
     if names.numbered and not path.is_dir():
         is_like = not WILDCARDS.keys() & {*path.name} and path.suffix.lower() in every
         return (folder / names.pattern if is_like else folder), []
-    found = [files_in(path, suffix) for suffix in every] if path.is_dir() else [matching(path)]
-    files = next(filter(None, found), [])
+    found = (files_in(path, suffix) for suffix in every if path.is_dir())
+    files = next(filter(None, found), [path] if path.exists() else matching(path))
     if not files or files[0].suffix.lower() not in every:
         return folder, []
     with naming(path):
-        numbers, pattern = ([0], None) if path.is_file() else numbers_in(files)
+        numbers, pattern = ([0], None) if files == [path] else numbers_in(files)
         present = by_number(zip(numbers, files, strict=True))
         if pattern is None or max(map(abs, numbers)) > largest_start:  # frames are counted
             counted = enumerate(with_missing([*present]))

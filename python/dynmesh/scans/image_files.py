@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Collection, Container, Iterable, Mapping
+from itertools import chain
 from pathlib import Path
 
 from .._errors import InputError
@@ -43,16 +44,15 @@ def images_by_camera(path: Path, rig: Rig) -> dict[str, dict[Number, Path]]:
             f"holds images of camera {message}, which the cameras file does not describe; describe "
             "it there, or move its images elsewhere"
         )
-    own = {name: dict[Path, str]() for name in cameras}
+    own: dict[str, dict[Path, str]] = {name: {} for name in cameras}
     for file, (name, stem) in zip(images, owners, strict=True):
         if name is not None:
             own[name][file] = stem
-    names = FrameNames.of(path)
+    names, result = FrameNames.of(path), dict[str, dict[Number, Path]]()
     if names.numbered and not path.is_dir():
         numbers = {file: _number_by(names, file, rig) or 0 for file in images}
     else:
         numbers = _numbers(own.values())
-    result = dict[str, dict[Number, Path]]()
     for camera, files in own.items():
         try:
             result[camera] = by_number((numbers[file], file) for file in files)
@@ -64,17 +64,15 @@ def images_by_camera(path: Path, rig: Rig) -> dict[str, dict[Number, Path]]:
 def _numbers(of_cameras: Collection[Mapping[Path, str]]) -> dict[Path, Number]:
     """Returns the numbers of images, given the parts of their names that are compared.
 
-    If they are not in the names of one camera, they count the names of all, so that images of the
-    same name are of the same frame.
+    If frames are counted, it is in the names of all cameras.
     """
     every = {file: stem for stems in of_cameras for file, stem in stems.items()}
-    for file, stem in every.items():
-        if not re.search("[0-9]", stem):
-            raise InputError(f"{file.name}: has no number of a frame")
+    if bare := [file.name for file, stem in every.items() if not re.search("[0-9]", stem)]:
+        raise InputError(f"{bare[0]}: has no number of a frame")
     each = [numbers_in([*stems], [*stems.values()]) for stems in of_cameras if stems]
-    if any(found.pattern is None for found in each):
+    if any(pattern is None for _, pattern in each):
         each = [numbers_in([*every], [*every.values()])]
-    return dict(zip(every, [number for found in each for number in found.numbers], strict=True))
+    return dict(zip(every, chain(*(numbers for numbers, _ in each)), strict=True))
 
 
 def _number_by(names: FrameNames, file: Path, rig: Rig) -> Number | None:

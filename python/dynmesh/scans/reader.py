@@ -92,7 +92,7 @@ class ScanReader(ABC):
             return
         numbers = self.numbers
         if len(files) == 1 and files[0] is not None and self.rig.moves:
-            numbers = numbers_in([files[0]]).numbers  # which by itself is frame 0
+            numbers, _ = numbers_in([files[0]])  # which by itself is frame 0
         with naming(self.rig.file or self.path):
             self._viewpoints = [
                 None if file is None else self.rig.viewpoints(number)

@@ -1,5 +1,6 @@
 """Sequences with one file per frame: names, numbers and gaps."""
 
+import re
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
@@ -184,7 +185,7 @@ KEPT = [
     ["s_2024-05-01_23-59-58", "s_2024-05-01_23-59-59", "s_2024-05-02_00-00-07"],
     ["c1_1", "c1_10", "c2_2"],
     ["first", "last"],
-    ["f_0007"],
+    ["f_[7]"],
     ["1403636579763555584", "1403636579796888832", "1403636579830222080"],
 ]
 
@@ -200,7 +201,7 @@ def test_files_in_a_folder_keep_names_without_a_number_of_the_frame(
     for _ in range(2):  # the second time, they are replaced
         dynmesh.write(out, dynmesh.convert(dynmesh.open(source), scale=2.0))
         assert names(out) == expected
-    with pytest.raises(FileExistsError, match=kept[0]):
+    with pytest.raises(FileExistsError, match=re.escape(kept[0])):
         dynmesh.write(out, dynmesh.open(source), overwrite=False)
     for name in kept:
         made = dynmesh.read(out / f"{name}.obj").vertices
