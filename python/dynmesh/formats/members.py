@@ -56,7 +56,7 @@ class Member:
             if self._info.compress_type != ZIP_STORED:
                 self._plain = _copied(packed)
                 return
-            while packed.read(1 << 16):
+            while packed.read(1 << 18):
                 pass
         with self._lock:
             header = read_at(self._file, self._info.header_offset, _LENGTHS.size)
