@@ -5,6 +5,7 @@ import os
 import sys
 from itertools import pairwise
 from numbers import Real
+from pathlib import Path
 from typing import Any, get_args
 
 import numpy as np
@@ -147,12 +148,21 @@ def as_array(name: str, value: Any, whole: type | None = None) -> Any:
     return array.astype(whole) if whole is not None and array.dtype.kind in "iu" else array
 
 
-def check_path(name: str, value: object, expected: str = "a path") -> None:
-    """Raises an error unless the value is a path; `expected` names everything that is accepted."""
-    if not isinstance(value, str | os.PathLike):
+def path_of(name: str, value: object, expected: str = "a path") -> Path:
+    """Returns a path as it is meant now: seen from the current folder, or from home if it has a ~.
+
+    Every path that users give passes through here, since most are used later, when the current
+    folder may be another one.
+
+    Raises:
+        TypeError, ValueError: it is no path; `expected` names everything that is accepted.
+    """
+    if not isinstance(value, str | os.PathLike) or not isinstance(os.fspath(value), str):
         raise KindError(f"must be {expected}, not {type(value).__name__}", argument=name)
     if not os.fspath(value):  # which pathlib takes for the current folder
         raise InputError("is empty", argument=name, value=value)
+    # Unlike that of pathlib, this leaves the name of no user as it is, such as ~backup.obj.
+    return Path(os.path.expanduser(value)).absolute()  # noqa: PTH111
 
 
 def check_complete(name: str | None, points: NDArray[np.floating[Any]]) -> None:

@@ -3,6 +3,7 @@
 import inspect
 import json
 import os
+import re
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -159,7 +160,12 @@ def _told(error: Exception, tokens: Sequence[str]) -> tuple[str, int]:
 
 
 def _spelt(text: str, tokens: Sequence[str]) -> str:
-    """Names arguments of functions, which messages mark as in `threads`, as options."""
+    """Names arguments of functions, which messages mark as in `threads`, as options.
+
+    Files are named as seen from the current folder, from which they were given.
+    """
+    here = re.escape(str(Path.cwd()) + os.sep)
+    text = re.sub(rf"(?<![^\s'\"(]){here}(?=\S)", "", text)
     return command_of(tokens[0]).spelt(text) if tokens and tokens[0] in VERBS else text
 
 
@@ -179,4 +185,4 @@ def _show(report: Report, quiet: bool, as_json: bool, tokens: Sequence[str]) -> 
     lines = report.lines() if output is None or not quiet else filter(None, [report.reason])
     place, file = ("", sys.stdout) if output is None else (f"{output}: ", sys.stderr)
     for line in lines:
-        print(f"{place}{_spelt(line, tokens)}", file=file)
+        print(_spelt(f"{place}{line}", tokens), file=file)

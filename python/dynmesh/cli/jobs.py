@@ -12,7 +12,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Literal, TypeAlias
 
-from .._checks import check_integer, check_path
+from .._checks import check_integer, path_of
 from .._errors import InputError, in_one_line
 from .._extras import require
 from .._options import Method, Output
@@ -136,8 +136,7 @@ def batch(
         OSError: the table cannot be read, or no scheduler answers.
         ValueError: the table is invalid; the error names the line and the column.
     """
-    check_path("jobs", jobs)
-    table = Path(jobs)
+    table = path_of("jobs", jobs)
     if workers is not None:
         check_integer("workers", workers, 1)
         if scheduler is not None:

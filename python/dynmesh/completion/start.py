@@ -14,7 +14,7 @@ import numpy as np
 
 from .. import formats
 from .._arrays import Positions
-from .._checks import check_path
+from .._checks import path_of
 from .._errors import InputError, KindError, locating
 from .._report import counted
 from ..attributes import FUSED
@@ -126,8 +126,7 @@ def open_with_template(
         if template is None:
             yield source, None
             return
-        check_path("template", template)
-        with formats.open(template) as whole:
+        with formats.open(path_of("template", template)) as whole:
             first = template_of(whole)
             check_same_mesh(whole, source)
             # What the output keeps beside positions: polygons, texture coordinates, materials.

@@ -11,7 +11,7 @@ import numpy as np
 
 from .. import formats
 from .._arrays import Positions
-from .._checks import check_path, refuse_mask
+from .._checks import path_of, refuse_mask
 from .._errors import DynmeshError, InputError, KindError, SettingError, locating
 from .._progress import tracked
 from ..arrays import ArrayFrames
@@ -105,8 +105,7 @@ def _sources(training: TrainingFrames | None, like: Frames) -> list[Path | Frame
         if isinstance(source, Frames):
             sources.append(source)
             continue
-        check_path("training", source, _EXPECTED)
-        sources.append(Path(source))
+        sources.append(path_of("training", source, _EXPECTED))
     if not sources:
         raise InputError("names no file; leave it out if there is none", argument="training")
     return sources

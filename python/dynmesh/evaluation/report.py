@@ -1,8 +1,8 @@
 """What an evaluation has measured."""
 
 from dataclasses import dataclass, field
-from pathlib import Path
 
+from .._checks import path_of
 from .._report import Report, counted, write_csv
 from ..formats import PathLike
 from .calibration import Calibration
@@ -55,4 +55,4 @@ class Evaluation(Report):
 
     def write_csv(self, path: PathLike) -> None:
         """Writes a table with a row for each frame."""
-        write_csv(Path(path), FrameErrors, self.each)
+        write_csv(path_of("path", path), FrameErrors, self.each)

@@ -6,13 +6,12 @@ keeps. They process one frame at a time, so memory does not grow with the length
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from pathlib import Path
 from typing import Any, Literal, TypeAlias, TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .._checks import check_choice, check_path
+from .._checks import check_choice, path_of
 from .._errors import naming
 from ..arrays import ArrayFrames
 from ..frames import Frames, Stored, check_any
@@ -88,8 +87,7 @@ def open(
         ImportError: the library for this format is not installed; the message names its extra.
         ValueError: the file is not a valid sequence; the message names the file and the problem.
     """
-    check_path("path", path)
-    path = Path(path)
+    path = path_of("path", path)
     if missing is not None:
         check_choice("missing", missing, Literal["zero"])
     check_choice("gaps", gaps, Gaps)
@@ -113,9 +111,10 @@ def meshes_of(path: PathLike, format: str | None = None) -> Mapping[str, bool]:
 
     It is empty for files that hold a single mesh. The errors are those of :func:`open`.
     """
-    with naming(Path(path)):
+    path = path_of("path", path)
+    with naming(path):
         chosen = format_of(path, format)
-        return {} if chosen.meshes is None else chosen.meshes(Path(path))
+        return {} if chosen.meshes is None else chosen.meshes(path)
 
 
 OneSequence: TypeAlias = PathLike | Frames
@@ -143,7 +142,7 @@ def opened(
         check_any(frames)
         yield frames
         return
-    check_path(name, sequence, "a path, frames, or a Sequence(vertices, faces)")
+    sequence = path_of(name, sequence, "a path, frames, or a Sequence(vertices, faces)")
     shared = shared or {}
     template = _template(shared.get("faces"))
     if shared.get("prim") and format_of(sequence, source.get("format")).meshes is not None:
@@ -164,6 +163,5 @@ def _template(faces: Any) -> Template | None:
         return None
     if isinstance(faces, np.ndarray | list | tuple):
         return Template(*split_faces(faces), None)
-    check_path("faces", faces, "an array, a list or a path")
-    with open(faces) as reader:
+    with open(path_of("faces", faces, "an array, a list or a path")) as reader:
         return template_of(reader)

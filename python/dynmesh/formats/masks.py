@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._arrays import Mask
-from .._checks import as_array, check_path
+from .._checks import as_array, path_of
 from .._errors import InputError, locating, naming, of_library
 from ..attributes import ATTRIBUTES, as_mask
 from ..frames import FileFrames, Frame, Indices, Stored
@@ -32,13 +32,13 @@ class MaskedFrames(FileFrames):
         self.is_given = known is not None
         self._zero_is_missing = zero_is_missing
         shape = (reader.n_frames, reader.n_vertices)
-        self._mask_files = [Path(known)] if isinstance(known, str | PathLike) else []
+        self._mask_files = [path_of("known", known)] if isinstance(known, str | PathLike) else []
         self._known: Mask | None = None
         self._damaged: Damaged = {}
         if self._mask_files and self._mask_files[0].suffix.lower() not in (".npy", ".npz"):
             self._damaged = _listed(self._mask_files[0], reader.header)
         elif known is not None:
-            self._known = _load(known, shape)
+            self._known = _load(self._mask_files[0] if self._mask_files else known, shape)
         read = [*reader.files, *self._mask_files]
         super().__init__(reader.path, replace(reader.header, has_known=True), read, reader.lost)
 
@@ -110,8 +110,7 @@ def _load(known: Any, shape: tuple[int, int]) -> Mask:
     if isinstance(known, np.ndarray):
         ATTRIBUTES["known"].check(known.dtype, known.shape, shape)
         return known
-    check_path("known", known, "a numpy array or a path")
-    path = Path(known)
+    path = path_of("known", known, "a numpy array or a path")
     with naming(path):
         if path.suffix.lower() == ".npz":
             mask: Mask = array_in(path, "known")

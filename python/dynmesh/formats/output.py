@@ -14,7 +14,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TypeVar
 
-from .._checks import check_path
+from .._checks import path_of
 from .._errors import InputError
 from .._report import listed
 from ..header import Header
@@ -214,9 +214,9 @@ def output_path(
     """The path of an output that may be wanted, which is refused before any work begins."""
     if path is None:
         return None
-    check_path(argument, path)
-    check_output(Path(path), overwrite, *suffixes)
-    return Path(path)
+    output = path_of(argument, path)
+    check_output(output, overwrite, *suffixes)
+    return output
 
 
 @contextmanager
@@ -282,10 +282,9 @@ def written_beside(
 
     It replaces what it has written itself. The path is refused before any work begins.
     """
-    given = output_path(argument, path, overwrite, suffix)
-    if given is None:
+    place, own = output_path(argument, path, overwrite, suffix), None
+    if place is None:
         return None
-    place, own = given.absolute(), None
 
     def write(report: R) -> None:
         nonlocal own

@@ -87,7 +87,8 @@ class Place:
     def _check_not_among(self, frames: Frames) -> None:
         """Refuses to write frames into the folder whose files are read as frames."""
         if (
-            frames.path.is_dir()
+            frames.files
+            and frames.path.is_dir()
             and self._path.parent.is_dir()
             and identity(self._path.parent) == identity(frames.path)
             and self._path.suffix.lower() == frames.files[0].suffix.lower()

@@ -9,6 +9,7 @@ from importlib.metadata import entry_points
 from pathlib import Path
 from typing import TypeAlias
 
+from .._checks import path_of
 from .._errors import KindError, naming
 from .._extras import require
 from .._report import listed
@@ -58,7 +59,7 @@ def all_formats() -> dict[str, Format]:
 
 def format_of(path: PathLike, name: str | None = None) -> Format:
     """Returns the format of that name or else of the sequence at `path`."""
-    path = Path(path)
+    path = path_of("path", path)
     if name is None and not path.suffix and not path.exists() and not glob.has_magic(str(path)):
         raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(path))
     with naming(path):
@@ -115,8 +116,9 @@ def _choose(path: Path, name: str | None, otherwise: str, *, written: bool = Fal
 
 def check_format(path: PathLike, name: str | None) -> None:
     """Refuses a file, before any work is done, whose format cannot be written."""
-    if name is not None or Path(path).suffix:
-        format_of_output(Path(path), name)
+    path = path_of("path", path)
+    if name is not None or path.suffix:
+        format_of_output(path, name)
 
 
 def format_of_output(path: Path, name: str | None) -> Format:
@@ -140,13 +142,13 @@ def is_scene(frames: Frames) -> bool:
     return bool(frames.files) and frames.path.suffix.lower() in (*usd.suffixes, *usdz.suffixes)
 
 
-def named_like(frames: Frames, output: PathLike) -> tuple[Path, list[str]]:
+def named_like(frames: Frames, folder: Path) -> tuple[Path, list[str]]:
     """Where frames are written for which a folder is given: there, under the names of the input.
 
     Returns:
         The path, or a pattern; and, where no pattern gives it, the name of the file of each frame.
     """
-    folder, path, names = Path(output), frames.path, FrameNames.of(frames.path)
+    path, names = frames.path, FrameNames.of(frames.path)
     if (folder.suffix and not folder.is_dir()) or not frames.files:
         return folder, []
     every = [format.suffixes[0] for format in all_formats().values() if format.is_per_frame]

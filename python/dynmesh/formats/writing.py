@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._arrays import Positions
-from .._checks import check_flags, check_path
+from .._checks import check_flags, path_of
 from .._errors import InputError, KindError, locating, naming
 from .._report import OutputReport, Report, counted, listed
 from ..attributes import ATTRIBUTES, as_mask
@@ -84,14 +84,14 @@ def write(
         ImportError: the library for this format is not installed; the message names its extra.
         TypeError, ValueError: the format cannot hold such frames, or one of them cannot be made.
     """
-    check_path("path", path)
+    given = path_of("path", path)
     if not isinstance(frames, Frames):
         message = f"must be those of open, of a verb or a Sequence, not {type(frames).__name__}"
         raise KindError(message, argument="frames")
     check_any(frames)
     if provenance is not None:
         check_flags(provenance=provenance)
-    output, kept = (Path(path), []) if format else named_like(frames, path)
+    output, kept = (given, []) if format else named_like(frames, given)
     chosen = format_of_output(output, format)
     save = chosen.write if frames.header.scene is None else chosen.overlay or chosen.write
     assert save is not None
@@ -117,7 +117,7 @@ def write(
         removed = place.fill(folder)
     report = getattr(frames, "report", None)
     return Written(
-        output=Path(path),
+        output=given,
         frames=header.n_frames,
         vertices=header.n_vertices,
         report=report,

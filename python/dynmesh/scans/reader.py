@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._checks import selected
+from .._checks import path_of, selected
 from .._errors import DynmeshError, InputError, naming
 from ..formats.folders import files_in, find_files, with_missing
 from ..formats.format import Gaps
@@ -239,7 +239,7 @@ def open_scans(
         ImportError: Pillow, which reads PNG, is not installed.
         ValueError: there are no scans, or the first one is damaged; the message names the file.
     """
-    path = Path(path)
+    path = path_of("path", path)
     rig = cameras if isinstance(cameras, Rig) else read_rig(path, cameras)
     with naming(path):
         suffix = _suffix_in(path, rig)
@@ -258,7 +258,7 @@ def read_rig(path: Path, cameras: PathLike | None) -> Rig | None:
     beside = (path if path.is_dir() else path.parent) / CAMERAS
     if cameras is None and not beside.is_file():
         return None
-    return read_cameras(beside if cameras is None else Path(cameras))
+    return read_cameras(beside if cameras is None else path_of("cameras", cameras))
 
 
 def _suffix_in(path: Path, rig: Rig | None) -> str:

@@ -5,11 +5,10 @@ import math
 import re
 from collections.abc import Generator, Iterator, Mapping
 from dataclasses import replace
-from pathlib import Path
 from typing import Any, TypeAlias
 
 from .. import formats
-from .._checks import check_between, check_choice, check_integer, check_not_negative
+from .._checks import check_between, check_choice, check_integer, check_not_negative, path_of
 from .._errors import InputError, numbering
 from .._options import Input, Method, Output
 from .._progress import tracked
@@ -101,8 +100,9 @@ def degrade(
             require_png()
             if points != _POINTS:
                 raise InputError("is not for depth images", argument="points", value=points)
+        folder = path_of("output", output)
         with formats.open(path, **(source or {})) as reader:
-            refuse_inputs(Path(output).glob("*"), reader.files)
+            refuse_inputs(folder.glob("*"), reader.files)
             upward, guess = _axis(reader, up)
             rig, scans = scanned(
                 reader,
@@ -116,11 +116,11 @@ def degrade(
                 outliers=asked.get("outliers", 0.0),
                 seed=seed,
             )
-            n, names = reader.n_frames, FrameNames(Path(output), "%05d")
+            n, names = reader.n_frames, FrameNames(folder, "%05d")
             numbers = numbers_of_files(reader.header, names)
             with (
                 numbering(reader.path, reader.header.number),
-                scan_folder(Path(output), rig, overwrite=overwrite, numbers=numbers) as append,
+                scan_folder(folder, rig, overwrite=overwrite, numbers=numbers) as append,
             ):
                 measured = 0
                 for result in tracked(scans, n, "scanning", progress):
@@ -129,7 +129,7 @@ def degrade(
         what = "points" if size is None else "measured pixels"
         message = f"{counted(n, 'frame')} of {measured / n:.0f} {what}"
         message += f" from {counted(cameras, 'camera')}"
-        return OutputReport(output=Path(output), frames=n, remarks=(message, *guess))
+        return OutputReport(output=folder, frames=n, remarks=(message, *guess))
     if cameras != _CAMERAS:
         message = "is for scans alone; `camera` is the number of cameras of a loss"
         raise InputError(message, argument="cameras", value=cameras)

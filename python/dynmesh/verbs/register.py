@@ -10,7 +10,7 @@ import numpy as np
 
 from .. import _core, formats
 from .._arrays import Positions
-from .._checks import check_integer, check_path
+from .._checks import check_integer, path_of
 from .._errors import InputError
 from .._options import Input, Method, Output
 from .._progress import steps
@@ -121,10 +121,7 @@ def registered(
         OSError, ImportError, TypeError, ValueError: a file cannot be read or written, or an
             argument is refused.
     """
-    paths = {"template": template, "scan": scan}
-    for name, path in (paths | {"landmarks": landmarks, "cameras": cameras}).items():
-        if path is not None or name in paths:
-            check_path(name, path)
+    template, scan = path_of("template", template), path_of("scan", scan)
     room = Background(crop, remove_planes)
     if room.follows:
         message = f"must be two corners of a box, x,y,z,x,y,z, not {crop!r}"
@@ -133,11 +130,12 @@ def registered(
         message = "is not possible with scale, as the size of the template is not known"
         raise InputError(message, argument="remove_planes", value=True)
     check_integer("threads", threads, 1, 256)
-    marked = [] if landmarks is None else [Path(landmarks)]
-    if page is not None:
+    marked = [] if landmarks is None else [path_of("landmarks", landmarks)]
+    shown_on = None if page is None else path_of("page", page)
+    if shown_on is not None:
         require_page(scans=True)
-    reader = open_single(Path(scan), cameras)
-    marks = read_landmarks(Path(landmarks)) if landmarks is not None else None
+    reader = open_single(scan, cameras)
+    marks = read_landmarks(marked[0]) if marked else None
     with contextlib.ExitStack() as stack:
         mesh = stack.enter_context(_opened(template))
         units = units_of(reader, mesh, scan_unit, template_unit, assumes=True)
@@ -193,7 +191,7 @@ def registered(
                 reason=reason,
                 remarks=(*filter(None, [remark, room.remark]), *reader.lost),
                 registration=result,
-                page=None if page is None else Path(page),
+                page=shown_on,
             )
 
         def show(file: Path, report: RegisterReport) -> None:
@@ -215,7 +213,7 @@ def registered(
             make,
             mesh,
             files=[*reader.files, *marked],
-            beside=written_beside("page", page, overwrite, ".html", show),
+            beside=written_beside("page", shown_on, overwrite, ".html", show),
             close=stack.pop_all().close,
         )
 
@@ -231,13 +229,13 @@ def _page(registration: Registration, mesh: Frames, reader: ScanReader) -> Page:
     )
 
 
-def _opened(template: PathLike) -> Frames:
+def _opened(template: Path) -> Frames:
     """Opens the template, which may have been exchanged with the scan."""
     try:
         return formats.open(template)
     except formats.NoFacesError as error:
         message = "holds points without faces; the template, a mesh, comes before the scan"
-        raise InputError(message, file=Path(template)) from error
+        raise InputError(message, file=template) from error
 
 
 def _reason(

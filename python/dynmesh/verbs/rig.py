@@ -1,10 +1,9 @@
 """Whether the cameras of depth images are read as they are meant, and a file that corrects them."""
 
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
-from .._checks import check_path
+from .._checks import path_of
 from .._errors import InputError
 from .._options import Input, Output
 from .._progress import steps
@@ -57,7 +56,7 @@ def rig(
         OSError, ImportError, ValueError: a file cannot be read or written, the scans are no depth
             images, or no frame has points.
     """
-    check_path("scans", scans)
+    path = path_of("scans", scans)
     if template is None and (page is None or output is not None):
         raise InputError("is needed; without it, a page shows the cameras", argument="template")
     # Without a crop, planes are found by themselves, but what it leaves of them may be too small.
@@ -65,23 +64,24 @@ def rig(
     needs = {"crop": room.follows, "remove_planes": remove_planes}
     if template is None and (argument := next((name for name in needs if needs[name]), None)):
         raise InputError("needs a `template`", argument=argument)
-    path = Path(scans)
     stated = read_rig(path, cameras)
+    output = None if output is None else path_of("output", output)
+    page = None if page is None else path_of("page", page)
     for given, suffix in ((output, ".json"), (page, ".html")):
         if given is not None:
             inputs = [] if stated is None or stated.file is None else [stated.file]
-            check_output(Path(given), overwrite, suffix, inputs=inputs)
+            check_output(given, overwrite, suffix, inputs=inputs)
     with steps("judging the cameras", progress) as show:
         result = judge_rig(path, stated, template, scan_unit, template_unit, room, show)
     made: dict[str, Any] = {"reason": "" if result.quality == "good" else result.told}
     if output is not None and result.rig is None:
         made["remarks"] = (f"{output} is not written, as no correction is known",)
     elif output is not None and result.rig is not None:
-        made["output"] = Path(output)
-        with new_output(Path(output), overwrite, ".json") as hidden:
+        made["output"] = output
+        with new_output(output, overwrite, ".json") as hidden:
             write_cameras(hidden, result.rig)
     if page is not None:
-        made["page"] = Path(page)
+        made["page"] = page
         shown = rig_page(
             result.scan,
             result.template,
@@ -90,6 +90,6 @@ def rig(
             told=result.told,
             names=result.names,
         )
-        with new_output(Path(page), overwrite, ".html") as hidden:
+        with new_output(page, overwrite, ".html") as hidden:
             hidden.write_text(shown, encoding="utf-8")
     return replace(result, **made)

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from .. import formats
-from .._checks import check_flags, check_integer, check_path, check_resolution
+from .._checks import check_flags, check_integer, check_resolution, path_of
 from .._errors import locating
 from .._options import Input, Method, Output
 from .._progress import steps, tracked
@@ -198,11 +198,8 @@ def track(
         OSError, ImportError, TypeError, ValueError: a file cannot be read or written, an argument
             is refused, or the template is not found in the first scan.
     """
-    for name, path in (("scans", scans), ("template", template)):
-        check_path(name, path)
-    for name, further in (("landmarks", landmarks), ("cameras", cameras)):
-        if further is not None:
-            check_path(name, further)
+    scans, template = path_of("scans", scans), path_of("template", template)
+    marked = [] if landmarks is None else [path_of("landmarks", landmarks)]
     check_flags(recover=recover, uncertainty=uncertainty)
     check_resolution(resolution)
     check_integer("threads", threads, 1)
@@ -213,7 +210,7 @@ def track(
         reader = open_scans(scans, cameras=cameras, gaps=gaps)
         units = units_of(reader, mesh, scan_unit, template_unit)
         look = _LOOK.format(scans, template) if isinstance(reader, DepthReader) else ""
-        marks = None if landmarks is None else read_landmarks(Path(landmarks))
+        marks = read_landmarks(marked[0]) if marked else None
         learnt = Training(training, mesh, progress)
         header = replace(
             mesh.header,
@@ -229,7 +226,7 @@ def track(
 
         def make() -> Generator[Frame, None, TrackReport]:
             room = Background(crop, remove_planes)
-            with formats.naming(Path(scans)):
+            with formats.naming(scans):
                 with steps("finding the template", progress):
                     at = placed_in(reader, mesh, room, units, marks, look, threads)
                 room.follow(at.points)
@@ -264,11 +261,7 @@ def track(
             header,
             make,
             mesh,
-            files=[
-                *reader.files,
-                *learnt.files,
-                *([] if landmarks is None else [Path(landmarks)]),
-            ],
+            files=[*reader.files, *learnt.files, *marked],
             wanted=["standard_error"] if uncertainty else [],
             beside=beside,
             close=stack.pop_all().close,

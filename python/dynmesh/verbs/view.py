@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from .. import formats
-from .._checks import check_integer, check_path
+from .._checks import check_integer, path_of
 from .._errors import InputError
 from .._options import Input, Method, Output
 from ..draw.page import Page, page, require_page, scan_factor
@@ -97,12 +97,13 @@ def view(
             raise InputError("is that of `scans`, which are not given", argument=name)
     if pick is not None:
         others = {"reference": reference, "input": input, "quality": quality, "colour": colour}
+        pick = path_of("pick", pick)
         _check_pick(pick, scans, {**others, "scan_unit": scan_unit})
-    if quality is not None:
-        check_path("quality", quality)
+    table = None if quality is None else path_of("quality", quality)
     if scans is not None and not isinstance(scans, ScanReader):
-        if pick is not None and Path(scans).is_file():
-            scans = open_single(Path(scans), cameras)
+        scans = path_of("scans", scans)
+        if pick is not None and scans.is_file():
+            scans = open_single(scans, cameras)
         else:
             scans = open_scans(scans, cameras=cameras, gaps="lost")
     with opened_together(sequence, reference, input, source or {}) as (own, truth, partial):
@@ -110,7 +111,7 @@ def view(
             scans = ScansWithoutBackground(scans, own, room, scan_factor(scans, scan_unit, own))
         if pick is not None and scans is not None:
             look = azimuth, max_vertices
-            result = pick_page(own, scans, Path(pick).name, *look, title=title, up=up)
+            result = pick_page(own, scans, pick.name, *look, title=title, up=up)
         else:
             result = page(
                 own,
@@ -118,7 +119,7 @@ def view(
                 input=partial,
                 scans=scans,
                 scan_unit=scan_unit,
-                quality=None if quality is None else Path(quality),
+                quality=table,
                 colour=colour,
                 title=title,
                 up=up,
@@ -135,10 +136,9 @@ def view(
     return replace(result, output=output)
 
 
-def _check_pick(pick: PathLike, scans: object, others: Mapping[str, object]) -> None:
+def _check_pick(pick: Path, scans: object, others: Mapping[str, object]) -> None:
     """Refuses what cannot be picked, or shown beside it."""
-    check_path("pick", pick)
-    if Path(pick).suffix != ".json":
+    if pick.suffix != ".json":
         raise InputError(f"must end with .json, not {pick}", argument="pick", value=pick)
     if scans is None:
         raise InputError("are needed, to pick points of the first one", argument="scans")
