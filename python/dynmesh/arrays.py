@@ -45,8 +45,7 @@ class ArrayFrames(Description, VertexAttributes, Stored):
             :attr:`dynmesh.Completer.standard_error` and :attr:`dynmesh.Tracker.standard_error`.
             None if it was not estimated.
 
-    The attributes of :class:`dynmesh.Description`, from `fps` to `standard_error_of`, are keywords
-    as well.
+    The attributes of :class:`dynmesh.Description`, from `fps` to `origin`, are keywords as well.
 
     Raises:
         TypeError: an array has the wrong kind.

@@ -1,8 +1,7 @@
 """What a sequence says of itself beside its frames."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, replace
-from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
@@ -17,11 +16,10 @@ from ._checks import (
     check_times,
 )
 from ._errors import InputError, KindError
-from ._report import listed
 from .attributes import ATTRIBUTES, Attribute
+from .origin import Origin
 from .polygons import (
     Polygons,
-    as_polygons,
     check_exist,
     check_polygons,
     split_faces,
@@ -60,6 +58,7 @@ class Description:
         standard_error_of: what the standard errors are of, if there are any: "position", a
             coordinate of the vertex, as in :class:`dynmesh.Completer`, or "surface", its distance
             from the true surface, as in :class:`dynmesh.Tracker`.
+        origin: the file of which the mesh was read, if that holds more than is read; or None.
     """
 
     fps: float | None = None
@@ -70,6 +69,7 @@ class Description:
     times: NDArray[np.float64] | None = None
     metres_per_unit: float | None = None
     standard_error_of: StandardErrorOf = "position"
+    origin: Origin | None = field(default=None, repr=False)
 
     def described(self) -> dict[str, Any]:
         """These attributes alone, by name: the keywords of another description."""
@@ -110,29 +110,8 @@ class Description:
             raise InputError(f"must be from -2**53 to 2**53, not {self.start}", argument="start")
         check_times(self.times, n_frames)
         check_choice("standard_error_of", self.standard_error_of, StandardErrorOf)
-
-
-TEXTURE = "texture coordinates"
-"""How messages call them."""
-
-
-@dataclass(frozen=True)
-class MeshFile:
-    """A file which holds more around a mesh than dynmesh reads.
-
-    Attributes:
-        path: of the file.
-        holds: what it holds beside positions and faces, such as "texture coordinates".
-    """
-
-    path: Path
-    holds: tuple[str, ...]
-
-    @classmethod
-    def of(cls, path: Path, holds: Iterable[str]) -> "MeshFile | None":
-        """Describes a file, unless it holds nothing more."""
-        result = tuple(sorted(holds))
-        return cls(path, result) if result else None
+        if not isinstance(self.origin, Origin | None):
+            raise KindError("must be that of another sequence, or None", argument="origin")
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,19 +123,11 @@ class Header(Description):
         n_frames: n.
         n_vertices: k.
         dtype: of the positions, float32 or float64.
-        mesh_file: from which files of the same format, or layers over it, keep what it holds, or
-            None.
-        moved_by: what moves the mesh beside its points, such as "a skeleton", and is not read.
-        subdivision: the subdivision scheme that a USD stage states, or None.
-        scene: a USD file, if another one that is written becomes a layer over it; or None.
-        texture: (c, 2) float32, the texture coordinates of each corner of the polygons, one polygon
-            after another, if USD or Alembic state them; or None.
         has_known: whether each frame has a known mask.
         has_provenance: whether each frame has the generation and the age of its vertices.
         has_standard_error: whether each frame has their standard errors as well.
 
-    The attributes of :class:`dynmesh.Description`, from `fps` to `standard_error_of`, are keywords
-    as well.
+    The attributes of :class:`dynmesh.Description`, from `fps` to `origin`, are keywords as well.
 
     Raises:
         TypeError, ValueError: an attribute is of the wrong kind or shape.
@@ -166,11 +137,6 @@ class Header(Description):
     n_frames: int
     n_vertices: int
     dtype: np.dtype[Any]
-    mesh_file: MeshFile | None = None
-    moved_by: tuple[str, ...] = ()
-    subdivision: str | None = None
-    texture: NDArray[np.float32] | None = None
-    scene: Path | None = None
     has_known: bool = field(default=False, kw_only=True)
     has_provenance: bool = field(default=False, kw_only=True)
     has_standard_error: bool = field(default=False, kw_only=True)
@@ -185,17 +151,26 @@ class Header(Description):
         check_vertices(self.dtype, (self.n_frames, self.n_vertices, 3))
         check_faces(self.faces.dtype, self.faces.shape)
         check_corners(self.faces, self.n_vertices)
-        if self.texture is not None:
-            check_array("texture", self.texture)
-            expected = (len(as_polygons(self.faces, self.polygons).corners), 2)
-            if self.texture.shape != expected:
-                message = f"must have shape {expected} to match corners, not {self.texture.shape}"
-                raise InputError(message, argument="texture")
         for row in self.attributes.values():
             for needed in row.needs:
                 if not getattr(self, flag := ATTRIBUTES[needed].flag):
                     raise InputError(f"{row.flag}: requires {flag}")
         self._check_description(self.n_frames)
+
+    @property
+    def texture(self) -> NDArray[np.float32] | None:
+        """(c, 2) float32, the texture coordinates of each corner of the polygons, or None."""
+        return self.origin.texture if self.origin is not None and self.has_origin else None
+
+    @property
+    def subdivision(self) -> str | None:
+        """The subdivision scheme of the origin, or None."""
+        return self.origin.subdivision if self.origin is not None and self.has_origin else None
+
+    @property
+    def has_origin(self) -> bool:
+        """Whether there is an origin, and it is that of this mesh."""
+        return self.origin is not None and self.origin.has_mesh(self.faces, self.n_vertices)
 
     @property
     def attributes(self) -> dict[str, Attribute]:
@@ -217,17 +192,15 @@ class Header(Description):
         is_subdivided = self.subdivision not in (None, "none")
         result = {**self.described(), "start": self.start or None}
         result["subdivision"] = self.subdivision if is_subdivided else None
+        del result["origin"]
         if not self.has_standard_error:
             del result["standard_error_of"]
         return {name: value for name, value in result.items() if value is not None}
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """What of the motion is not read, for the user."""
-        if not self.moved_by:
-            return ()
-        message = f"the mesh is moved by {listed(self.moved_by)}, which dynmesh does not read"
-        return (f"{message}; bake its points, unless their own motion is meant",)
+        """What is not read that moves or places the mesh, for the user."""
+        return () if self.origin is None else self.origin.remarks
 
 
 def numbers_of(description: Description, n_frames: int) -> NDArray[np.float64]:

@@ -133,13 +133,12 @@ def open_with_template(
             own, its = source.header, whole.header
             is_own = own.texture is not None or (own.polygons is not None and its.texture is None)
             shown = own if is_own else its
+            of_own = own.origin is not None and own.origin.is_scene
+            origin = own.origin if of_own else its.origin or own.origin
+            if origin is not None:
+                origin = replace(origin, texture=shown.texture, remarks=own.remarks)
             source = copy(source)
-            vars(source)["header"] = replace(
-                own,
-                polygons=shown.polygons,
-                texture=shown.texture,
-                mesh_file=its.mesh_file or own.mesh_file,
-            )
+            vars(source)["header"] = replace(own, polygons=shown.polygons, origin=origin)
             points = first.astype(source.dtype)
             yield source, StartFrame(points, -1, tuple(whole.files))
 

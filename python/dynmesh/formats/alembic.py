@@ -20,11 +20,21 @@ from .._errors import InputError, of_library
 from .._extras import require
 from ..attributes import ATTRIBUTES, flags_of, with_all_needed
 from ..frames import FileFrames, Frame, Indices
-from ..header import TEXTURE, Header, MeshFile
+from ..header import Header
+from ..origin import TEXTURE, Origin
 from ..polygons import Polygons, as_polygons, reversal, split_polygons, turned
 from .comments import comments_of, metadata_in
-from .format import OTHER_MESHES, STATED, Format, check_same_faces, choose_mesh, not_written
+from .format import (
+    OTHER_MESHES,
+    STATED,
+    Format,
+    check_same_faces,
+    choose_mesh,
+    not_read,
+    not_written,
+)
 from .output import bytes_of
+from .own_space import extent_of, of_points
 from .times import Timing, broadcast, frame_number, frame_numbers, spacing, uneven
 
 _KINDS = {"b": "Uchar", "i": "Int32", "f": "Float"}
@@ -68,6 +78,16 @@ def transforms_above(archive: Any, mesh: Any) -> Iterator[Any]:
         parent = child
 
 
+def _to_scene(transforms: Iterable[Any], time: float) -> NDArray[np.float64]:
+    """Returns what takes directions in the mesh to the scene at a time, in seconds."""
+    result, at = np.eye(3), library("Abc").ISampleSelector(time)
+    for one in transforms:  # from the top
+        sample = one.getValue(at)
+        matrix = np.array(sample.getMatrix()).reshape(4, 4)[:3, :3]
+        result = matrix @ result if sample.getInheritsXforms() else matrix
+    return result
+
+
 def held_beside(archive: Any, meshes: Mapping[str, Any], mesh: Any) -> set[str]:
     """What an archive holds around a mesh that is not read, in words."""
     schema, held = mesh.getSchema(), set()
@@ -85,6 +105,8 @@ def held_beside(archive: Any, meshes: Mapping[str, Any], mesh: Any) -> set[str]:
         held.add("subdivision")
     if len(meshes) > 1:
         held.add("other meshes")
+    if any(_others(archive.getTop())):
+        held.add("other objects")
     return held | (names - {*parameters_of})
 
 
@@ -114,6 +136,16 @@ def _meshes(parent: Any) -> Iterator[Any]:
             if kind.matches(child.getHeader()):
                 yield kind(parent, child.getName())
         yield from _meshes(child)
+
+
+def _others(parent: Any) -> Iterator[Any]:
+    """Yields what is neither a mesh nor a transform, such as a camera."""
+    geometry = library("AbcGeom")
+    kinds = (geometry.IXform, geometry.IPolyMesh, geometry.ISubD, geometry.IFaceSet)
+    for child in parent.children:
+        if not any(kind.matches(child.getHeader()) for kind in kinds):
+            yield child
+        yield from _others(child)
 
 
 def faces_of(mesh: Any) -> Polygons:
@@ -224,6 +256,9 @@ def _append(
         places, faces = reversal(faces.sizes), turned(faces)
         arrays += [library_array("Int", one) for one in (faces.corners, faces.sizes)]
     sample = geometry.OPolyMeshSchemaSample(*arrays)
+    imath = require("imath", extra="alembic")
+    low, high = (imath.V3d(*corner) for corner in extent_of(frame).tolist())
+    sample.setSelfBounds(imath.Box3d(low, high))  # which would count unknown points, too
     if number == 0 and header.texture is not None:
         texture = library_array("V2f", header.texture[places])
         scope = geometry.GeometryScope.kFacevaryingScope
@@ -273,22 +308,36 @@ class AlembicFrames(FileFrames):
         errors = None if bars is None else bars.getMetaData().get(errors_of_key)
         info = library("Abc").GetArchiveInfo(archive)
         metadata = metadata_in(info.get("userDescription", "").split(","))
-        is_still = all(one.isConstant() for one in transforms_above(archive, mesh))
+        transforms = [*transforms_above(archive, mesh)]
+        is_still = all(one.isConstant() for one in transforms)
+        times = map(self._positions.getTimeSampling().getSampleTime, range(n_frames))
+        up_axis, metres_per_unit, unknown = of_points(
+            metadata.up_axis,
+            metadata.metres_per_unit,
+            (_to_scene(transforms, time) for time in ([0.0] if is_still else times)),
+        )
+        n_vertices = len(self._positions.getValue(0))
         return Header(
             faces=faces,
             n_frames=n_frames,
-            n_vertices=len(self._positions.getValue(0)),
+            n_vertices=n_vertices,
             dtype=np.dtype(np.float32),
             polygons=polygons,
             name=mesh.getFullName(),
-            up_axis=metadata.up_axis,
-            metres_per_unit=metadata.metres_per_unit,
+            up_axis=up_axis,
+            metres_per_unit=metres_per_unit,
             **timing_of(archive, self._positions)._asdict(),
             **flags_of(self._parameters),
             standard_error_of=errors or "position",
-            mesh_file=MeshFile.of(path, held_beside(archive, meshes, mesh)),
-            moved_by=() if is_still else ("transforms",),
-            texture=texture_of(mesh, as_stored),
+            origin=Origin.of(
+                path,
+                faces,
+                n_vertices,
+                held_beside(archive, meshes, mesh),
+                name=mesh.getFullName(),
+                remarks=not_read(() if is_still else ("transforms",), unknown),
+                texture=texture_of(mesh, as_stored),
+            ),
         )
 
     def _frames(self, numbers: Indices) -> Iterator[Frame]:

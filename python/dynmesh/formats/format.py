@@ -1,6 +1,6 @@
 """File formats: their readers and writers, faces for files without, and one mesh of several."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
@@ -155,11 +155,23 @@ class Format:
 
 def not_written(header: Header, held: Iterable[str]) -> list[str]:
     """Says what the file of a mesh holds that is not written, but for what is held."""
-    source = header.mesh_file
+    source = header.origin
     lost = set() if source is None else {*source.holds} - {*held}
     if source is None or not lost:
         return []
     return [f"{listed(sorted(lost))} of {source.path.name} are not written"]
+
+
+def not_read(moved_by: Collection[str], unknown: str) -> tuple[str, ...]:
+    """Says what moves a mesh beside its points, in words, and what is unknown of its space."""
+    remarks = [unknown] if unknown else []
+    if moved_by:
+        remarks.insert(
+            0,
+            f"the mesh is moved by {listed(moved_by)}, which dynmesh does not read; bake its "
+            "points, unless their own motion is meant",
+        )
+    return tuple(remarks)
 
 
 def choose_mesh(meshes: Mapping[str, bool], prim: str | None) -> str:

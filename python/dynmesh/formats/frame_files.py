@@ -11,7 +11,8 @@ import numpy as np
 from .._errors import naming
 from ..attributes import ATTRIBUTES, flags_of
 from ..frames import FileFrames, Frame, Indices
-from ..header import Header, MeshFile, numbers_of
+from ..header import Header, numbers_of
+from ..origin import Origin
 from ..polygons import Polygons, as_polygons, split_polygons
 from .comments import Metadata
 from .folders import find_files, names_to_write
@@ -68,7 +69,7 @@ class FilePerFrame(FileFrames):
                 n_vertices=k,
                 dtype=frame.points.dtype,
                 polygons=polygons_or_none,
-                mesh_file=MeshFile.of(self._first, further),
+                origin=Origin.of(self._first, triangles, k, further),
                 **timing_of(numbers),
                 **metadata._asdict(),
                 **flags_of(frame.attributes()),
@@ -158,6 +159,8 @@ def write_frames(
 
 
 def mesh_file_of(header: Header, suffix: str) -> Path | None:
-    """The file of a format that holds more than positions and faces, if there is one."""
-    source = header.mesh_file
-    return source.path if source and source.path.suffix.lower() == suffix else None
+    """The file of a format that holds more than positions and faces, if it is as it was read."""
+    source = header.origin
+    if source is None or not header.has_origin or source.path.suffix.lower() != suffix:
+        return None
+    return source.path if source.is_unchanged else None

@@ -14,7 +14,8 @@ import numpy as np
 
 from .._core import parse_obj
 from ..frames import Frame
-from ..header import TEXTURE, Header
+from ..header import Header
+from ..origin import TEXTURE
 from ..polygons import Polygons, as_polygons
 from .comments import Metadata, comments_of, metadata_in
 from .format import Format, not_written
@@ -46,7 +47,7 @@ def write_obj(path: Path, header: Header, frames: Iterable[Frame]) -> list[str]:
     source = mesh_file_of(header, ".obj")
     if source is not None:
         before, after = _around(source, destination_of(path).parent)
-        held = {*header.mesh_file.holds} - {"normals"} if header.mesh_file else set()
+        held = {*header.origin.holds} - {"normals"} if header.origin else set()
     else:
         before, after = ["", *["\n"] * (header.n_vertices - 1)], _faces_of(header)
         held = set() if header.texture is None else {TEXTURE}

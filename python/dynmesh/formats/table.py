@@ -137,11 +137,6 @@ def format_of_output(path: Path, name: str | None) -> Format:
         return chosen
 
 
-def is_scene(frames: Frames) -> bool:
-    """Whether frames are those of a USD file, over which another one may lie."""
-    return bool(frames.files) and frames.path.suffix.lower() in (*usd.suffixes, *usdz.suffixes)
-
-
 def named_like(frames: Frames, folder: Path) -> tuple[Path, list[str]]:
     """Where frames are written for which a folder is given: there, under the names of the input.
 

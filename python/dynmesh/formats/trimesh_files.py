@@ -17,7 +17,8 @@ from .._core import parse_off
 from .._errors import InputError, of_library
 from .._extras import require
 from ..frames import FileFrames, Frame, Indices
-from ..header import Header, MeshFile
+from ..header import Header
+from ..origin import Origin
 from ..polygons import Polygons, split_polygons
 from .format import Format
 from .gltf import check_counts, what_gltf_holds
@@ -57,7 +58,7 @@ class ModelFrames(FileFrames):
             1,
             len(self._points),
             points.dtype,
-            mesh_file=MeshFile.of(path, held),
+            origin=Origin.of(path, triangles, len(self._points), held),
             up_axis=up,
             metres_per_unit=unit,
         )

@@ -22,20 +22,16 @@ from numpy.typing import NDArray
 from .._errors import naming
 from .._report import listed, some_of
 from ..frames import Frame
-from ..header import TEXTURE, Header
+from ..header import Header
+from ..origin import TEXTURE
 from ..polygons import as_polygons
 from .format import STATED, Format, not_written
-from .output import destination_of, seen_from
+from .output import destination_of, refuse_inputs, seen_from
+from .own_space import extent_of
 from .times import frame_numbers
-from .usd_stage import (
-    UsdFrames,
-    UsdScene,
-    errors_of_key,
-    library_array,
-    of_usd,
-    primvars,
-    pxr,
-)
+from .usd_library import library_array, of_usd, pxr
+from .usd_mesh import errors_of_key, primvars
+from .usd_stage import UsdFrames, UsdScene
 
 unsaved_bytes = 1 << 24
 """Bytes of positions that are held in memory until the next save, plus at most one frame."""
@@ -137,7 +133,7 @@ class _Stage:
         points, time = frame.points, self._times[number]
         with of_usd("cannot be written", OSError):
             self._points.Set(library_array("Vec3fArray", points), time)
-            self._extent.Set(library_array("Vec3fArray", _extent_of(frame)), time)
+            self._extent.Set(library_array("Vec3fArray", extent_of(frame)), time)
             for name, primvar in self._primvars.items():
                 values = library_array(primvars[name], getattr(frame, name))
                 primvar.Set(values, time)
@@ -174,13 +170,6 @@ class _Stage:
         self._layer = None
 
 
-def _extent_of(frame: Frame) -> NDArray[np.float32]:
-    """Returns the two corners of the bounding box; without points, those of USD's empty range."""
-    points, most = frame.points[frame.present], np.finfo(np.float32).max
-    corners = points.min(axis=0, initial=most), points.max(axis=0, initial=-most)
-    return np.stack(corners).astype(np.float32)
-
-
 def _prim_path(name: str | None) -> str:
     """Returns the path for the name, with underscores for characters that USD does not allow."""
     sdf, tf = pxr("Sdf"), pxr("Tf")
@@ -197,7 +186,7 @@ _derived = ("normals", "primvars:normals", "velocities", "accelerations")
 
 
 class _Overlay(_Stage):
-    """A layer that is being written, with the scene of its header as its sublayer.
+    """A layer that is being written, with the scene of which its mesh is as its sublayer.
 
     It only has opinions on one mesh: its points, its extent, and what no longer fits, which it
     blocks.
@@ -271,14 +260,19 @@ def write_usd(path: Path, header: Header, frames: Iterable[Frame]) -> list[str]:
 
 
 def write_overlay(path: Path, header: Header, frames: Iterable[Frame]) -> list[str]:
-    """Writes a layer over the scene of the header, or the mesh alone if its frames are others."""
-    assert header.scene is not None
-    with naming(header.scene), UsdFrames(header.scene, header.name) as original:
-        others = _differences(original.header, header)
-        if not others:
-            return _Overlay(path, header, original).write(frames)
-    remark = f"is the mesh alone, as {header.scene.name} has another {listed(others)}"
-    return [remark, *write_usd(path, header, frames)]
+    """Writes a layer over the scene of the origin, or the mesh alone if its frames are others."""
+    assert header.origin is not None
+    scene, name = header.origin.path, header.origin.name
+    if not scene.exists():  # of frames in memory
+        reason = "is no longer there"
+    else:
+        with naming(scene), UsdFrames(scene, name) as original:
+            refuse_inputs(filter(Path.exists, [destination_of(path)]), original.files)
+            others = _differences(original.header, header)
+            if not others:
+                return _Overlay(path, header, original).write(frames)
+        reason = f"has another {listed(others)}"
+    return [f"is the mesh alone, as {scene.name} {reason}", *write_usd(path, header, frames)]
 
 
 def _differences(one: Header, other: Header) -> list[str]:
@@ -286,6 +280,7 @@ def _differences(one: Header, other: Header) -> list[str]:
     has_mesh = one.n_vertices == other.n_vertices and np.array_equal(one.faces, other.faces)
     differ = {
         "mesh": not has_mesh,
+        "path of the mesh": one.name != other.name,
         "range of frames": not np.array_equal(frame_numbers(one), frame_numbers(other)),
         "frame rate": not _are_close(one.fps, other.fps),
         "up axis": one.up_axis != other.up_axis,

@@ -1,72 +1,32 @@
 """Reads one mesh of a USD stage, its values at a time, and what surrounds it."""
 
-import contextlib
 import itertools
 from collections.abc import Iterator
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from .._errors import InputError, of_library
-from .._extras import require
-from ..attributes import ATTRIBUTES, flags_of, with_all_needed
+from .._errors import InputError
+from ..attributes import flags_of
 from ..frames import FileFrames, Frame, Indices
-from ..header import TEXTURE, Header, MeshFile
-from ..polygons import Polygons, as_polygons, reversal, split_polygons, turned
-from .format import check_same_faces, choose_mesh
+from ..header import Header
+from ..origin import TEXTURE, Origin
+from ..polygons import as_polygons, split_polygons
+from .format import choose_mesh, not_read
+from .own_space import of_points
+from .usd_library import of_usd, pxr
+from .usd_mesh import (
+    errors_of_key,
+    faces_of,
+    moved_by,
+    primvars,
+    primvars_of,
+    texture_in,
+    texture_of,
+    to_scene,
+)
 from .usd_samples import frame_times, timing, value_at
-
-_TYPES = {"b": "BoolArray", "i": "IntArray", "f": "FloatArray"}
-
-primvars = {name: _TYPES[row.dtype.kind] for name, row in ATTRIBUTES.items()}
-"""The data of a vertex besides its position, and the type of the values of all vertices."""
-
-errors_of_key = "standard_error_of"
-"""Of the custom data of the primvar `standard_error`."""
-
-
-def faces_of(mesh: Any) -> Polygons:
-    """Returns the faces, counter-clockwise, which must be the same at all times."""
-    attributes = (mesh.GetFaceVertexCountsAttr(), mesh.GetFaceVertexIndicesAttr())
-
-    def faces_at(time: float) -> Polygons:
-        values = [attribute.Get(time) for attribute in attributes]
-        if any(value is None for value in values):
-            raise ValueError("the mesh has no faces")
-        return Polygons(*(np.array(value, np.int32) for value in values))
-
-    times = {time for attribute in attributes for time in attribute.GetTimeSamples()}
-    first, *later = sorted(times) or [0.0]
-    faces = faces_at(first)
-    for time in later:
-        check_same_faces(faces, faces_at(time), f"time {time:g}")
-    return turned(faces) if is_left_handed(mesh) else faces
-
-
-def is_left_handed(mesh: Any) -> bool:
-    """Whether the faces of a mesh are stored clockwise."""
-    return bool(mesh.GetOrientationAttr().Get() == "leftHanded")
-
-
-def primvars_of(mesh: Any) -> dict[str, Any]:
-    """Returns the attributes of the primvars that exist; generation and age only together."""
-    geometry, sdf = pxr("UsdGeom"), pxr("Sdf")
-    result = {name: geometry.PrimvarsAPI(mesh).GetPrimvar(name) for name in primvars}
-    result = {name: primvar for name, primvar in result.items() if primvar.HasAuthoredValue()}
-    result = {name: result[name] for name in with_all_needed(result)}
-    for name, primvar in result.items():
-        kind = getattr(sdf.ValueTypeNames, primvars[name])
-        interpolation = primvar.GetInterpolation()
-        if (primvar.GetTypeName(), interpolation) != (kind, "vertex") or primvar.IsIndexed():
-            raise ValueError(
-                f"primvars:{name}: must be {kind} with vertex interpolation and without indices, "
-                f"not {primvar.GetTypeName()} with {interpolation} interpolation"
-            )
-    return {name: primvar.GetAttr() for name, primvar in result.items()}
-
 
 _READ = {
     *("points", "faceVertexCounts", "faceVertexIndices", "subdivisionScheme", "extent"),
@@ -83,60 +43,8 @@ _WORDS = {
 }
 """What messages call properties of a mesh that are not read."""
 
-
-def texture_in(mesh: Any) -> Any:
-    """Returns the primvar of texture coordinates, of several the one called `st`, else the first.
-
-    None if there are none that are the same at all times, for each corner or vertex.
-    """
-    results = [
-        one
-        for one in pxr("UsdGeom").PrimvarsAPI(mesh).GetPrimvarsWithAuthoredValues()
-        if one.GetTypeName().role == "TextureCoordinate" or one.GetPrimvarName() == "st"
-        if one.GetInterpolation() in ("faceVarying", "vertex", "varying")
-        if not one.ValueMightBeTimeVarying()
-    ]
-    return min(results, key=lambda one: one.GetPrimvarName() != "st", default=None)
-
-
-def texture_of(mesh: Any, faces: Polygons, n_vertices: int) -> NDArray[np.float32] | None:
-    """Returns (c, 2) the texture coordinates of each corner of faces as :func:`faces_of` has them.
-
-    None if there are none that fit.
-    """
-    primvar = texture_in(mesh)
-    if primvar is None:
-        return None
-    of_corners = primvar.GetInterpolation() == "faceVarying"
-    values = np.array(primvar.ComputeFlattened(pxr("Usd").TimeCode.EarliestTime()), np.float32)
-    if values.shape != (len(faces.corners) if of_corners else n_vertices, 2):
-        return None
-    if of_corners:
-        return np.asarray(values[reversal(faces.sizes)] if is_left_handed(mesh) else values)
-    return np.asarray(values[faces.corners])
-
-
-def library_array(kind: str, array: NDArray[Any]) -> Any:
-    """Returns a copy as an array of the library, of integers, bools or else float32."""
-    dtype = {"BoolArray": np.bool_, "IntArray": np.int32}.get(kind, np.float32)
-    return getattr(pxr("Vt"), kind).FromNumpy(np.ascontiguousarray(array, dtype))
-
-
-def pxr(name: str) -> ModuleType:
-    """Imports a module of the library."""
-    return require(f"pxr.{name}", extra="usd")
-
-
-@contextlib.contextmanager
-def of_usd(tried: str, kind: type[Exception] = InputError) -> Iterator[None]:
-    """Raises the library's errors as :func:`of_library` does, and keeps it from printing."""
-    delegate = pxr("UsdUtils").CoalescingDiagnosticDelegate()  # suppresses printing while it exists
-    try:
-        with of_library(tried, kind):
-            yield
-    finally:
-        del delegate
-
+_KNOWN = {"", "GeomSubset", "Material", "Mesh", "NodeGraph", "Scope", "Shader", "Xform"}
+"""The types of prims that are no other objects, such as cameras, but are called otherwise."""
 
 _TRIED = "cannot be read as USD"
 
@@ -215,23 +123,10 @@ class UsdScene:
             held.add("subsets")
         if len(self.moves) > 1:
             held.add("other meshes")
+        others = (one for one in self.stage.Traverse() if one.GetPath() not in paths)
+        if {str(one.GetTypeName()) for one in others} - _KNOWN:
+            held.add("other objects")
         return held
-
-
-def moved_by(mesh: Any) -> tuple[str, ...]:
-    """What moves a mesh beside the samples of its points, in words."""
-    prim, geometry = mesh.GetPrim(), pxr("UsdGeom")
-    prims = [prim.GetStage().GetPrimAtPath(path) for path in mesh.GetPath().GetPrefixes()]
-    result = {
-        "a skeleton": any(one.HasRelationship("skel:skeleton") for one in prims),
-        "blend shapes": prim.HasAttribute("skel:blendShapes"),
-        "transforms": any(
-            geometry.Xformable(one).TransformMightBeTimeVarying()
-            for one in prims
-            if one.IsA(geometry.Xformable)
-        ),
-    }
-    return tuple(name for name, there in result.items() if there)
 
 
 class UsdFrames(FileFrames):
@@ -262,6 +157,10 @@ class UsdFrames(FileFrames):
             stage.GetMetadata(name) if stage.HasAuthoredMetadata(name) else None
             for name in ("upAxis", "metersPerUnit")
         )
+        up_axis, metres_per_unit, unknown = of_points(
+            up_axis and up_axis.lower(), metres_per_unit, to_scene(self.mesh, self._times)
+        )
+        name, k = str(self.mesh.GetPath()), len(first)
         self._primvars = primvars_of(self.mesh)
         bars = self._primvars.get("standard_error")
         errors = None if bars is None else bars.GetCustomDataByKey(errors_of_key)
@@ -269,19 +168,26 @@ class UsdFrames(FileFrames):
         return Header(
             faces=faces,
             n_frames=len(self._times),
-            n_vertices=len(first),
+            n_vertices=k,
             dtype=np.dtype(np.float32),
             polygons=polygons,
-            up_axis=up_axis.lower() if up_axis else None,
-            name=str(self.mesh.GetPath()),
+            up_axis=up_axis,
+            name=name,
             metres_per_unit=metres_per_unit,
             **timing(stage, self._times)._asdict(),
             **flags_of(self._primvars),
             standard_error_of="position" if errors is None else errors,
-            mesh_file=MeshFile.of(path, scene.held_beside(self.mesh)),
-            moved_by=moved_by(self.mesh),
-            subdivision=scheme.Get() if scheme.HasAuthoredValue() else None,
-            texture=texture_of(self.mesh, as_polygons(faces, polygons), len(first)),
+            origin=Origin.of(
+                path,
+                faces,
+                k,
+                scene.held_beside(self.mesh),
+                name=name,
+                remarks=not_read(moved_by(self.mesh), unknown),
+                subdivision=scheme.Get() if scheme.HasAuthoredValue() else None,
+                texture=texture_of(self.mesh, as_polygons(faces, polygons), k),
+                is_scene=True,
+            ),
         )
 
     def _frames(self, numbers: Indices) -> Iterator[Frame]:

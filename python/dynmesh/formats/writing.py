@@ -20,9 +20,10 @@ from .._report import OutputReport, Report, counted, listed
 from ..attributes import ATTRIBUTES, as_mask
 from ..computed import whole_first
 from ..frames import Frame, Frames, check_any, checked
-from ..header import TEXTURE, Header
+from ..header import Header
+from ..origin import TEXTURE, Origin
 from .format import STATED, Format, not_written
-from .output import blaming, bytes_of, check_space, making
+from .output import blaming, bytes_of, check_space, identity, making
 from .place import Place
 from .table import PathLike, all_formats, format_of_output, named_like
 
@@ -93,12 +94,12 @@ def write(
         check_flags(provenance=provenance)
     output, kept = (given, []) if format else named_like(frames, given)
     chosen = format_of_output(output, format)
-    save = chosen.write if frames.header.scene is None else chosen.overlay or chosen.write
-    assert save is not None
     header, dropped = _held(chosen, output, frames.header, provenance, frames.wanted)
     with naming(output):
         place = Place(output, header, chosen, overwrite, kept)
     place.check(frames)
+    save = chosen.overlay if _is_layer(chosen, output, header.origin) else chosen.write
+    assert save is not None
     with (
         whole_first(),
         naming(output),
@@ -131,6 +132,22 @@ def write(
             *removed,
         ),
     )
+
+
+def _is_layer(chosen: Format, output: Path, origin: Origin | None) -> bool:
+    """Whether a file is written that lies over the scene of which the frames are.
+
+    Raises:
+        ValueError: it would replace that scene, and what else is in it would be lost.
+    """
+    if origin is None or chosen.meshes is None:
+        return False
+    if output.exists() and origin.path.exists() and identity(output) == identity(origin.path):
+        if lost := sorted({*origin.holds} - {TEXTURE}):
+            message = f"is the file of the mesh, and would lose {listed(lost)}; write to another"
+            raise InputError(message, file=output)
+        return False
+    return origin.is_below and chosen.overlay is not None
 
 
 def _texture(chosen: Format, header: Header) -> list[str]:

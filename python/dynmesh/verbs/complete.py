@@ -20,7 +20,6 @@ from ..computed import ComputedFrames
 from ..diagnosis.finding import percent
 from ..formats import PathLike
 from ..formats.masks import MaskedFrames
-from ..formats.table import is_scene
 from ..formats.times import index_of
 from ..frames import Frame, Frames
 
@@ -196,7 +195,7 @@ def complete(
             has_provenance=True,
             has_standard_error=uncertainty or bidirectional,
             standard_error_of="position",
-            scene=source.path if is_scene(source) else None,
+            origin=None if source.header.origin is None else source.header.origin.below(),
         )
 
         def make() -> Generator[Frame, None, CompletionReport]:

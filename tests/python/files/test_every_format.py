@@ -90,7 +90,9 @@ def test_any_sequence_survives(
         renumbered = name == "start" and "numbered from 0" in remarks
         assert is_lost == (STATED[name] in remarks or renumbered), name
     for name, value in vars(as_kept(sequence, format)).items():
-        if name == "fps" and value is not None:
+        if name == "origin":
+            assert (again[name] is not None) == (format == "usd")  # over which a layer can lie
+        elif name == "fps" and value is not None:
             assert again["fps"] == pytest.approx(value, rel=1e-5)
         elif isinstance(value, np.ndarray):
             assert name == "faces" or again[name].dtype == value.dtype

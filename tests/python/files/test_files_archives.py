@@ -163,6 +163,19 @@ def test_written_archives_follow_conventions(tmp_path: Path) -> None:
     assert (tuple(bounds.min()), tuple(bounds.max())) == ((0, 0, 0), (0, 0, 0))
 
 
+def test_bounds_are_those_of_known_points(tmp_path: Path) -> None:
+    points = np.random.default_rng(0).random((2, 6, 3)).astype(np.float32)
+    points[1, 0] = -77  # which is not known
+    known = points[..., 0] > 0
+    faces = np.array([[0, 1, 2], [3, 4, 5]])
+    dynmesh.write(tmp_path / "a.abc", dynmesh.Sequence(points, faces, known))
+    schema = Geometry.IPolyMesh(Abc.IArchive(str(tmp_path / "a.abc")).getTop(), "mesh").getSchema()
+    for number, bounds in enumerate(schema.getSelfBoundsProperty().samples):
+        seen = points[number][known[number]]
+        np.testing.assert_array_equal(tuple(bounds.min()), seen.min(axis=0))
+        np.testing.assert_array_equal(tuple(bounds.max()), seen.max(axis=0))
+
+
 def test_what_surrounds_the_mesh_is_not_written_which_is_said(tmp_path: Path) -> None:
     path = tmp_path / "a.abc"
     archive = Abc.OArchive(str(path))

@@ -108,7 +108,8 @@ def test_the_mesh_alone_is_written_by_a_conversion_or_from_other_formats(tmp_pat
     stage = stage_of(tmp_path / "alone.usda")
     assert [str(prim.GetPath()) for prim in stage.Traverse()] == ["/World", BODY]
     told = (
-        "materials, normals, other meshes, transforms and velocities of scene.usda are not written"
+        "materials, normals, other meshes, other objects, transforms and velocities of scene.usda "
+        "are not written"
     )
     assert told in said
     to_file.complete(scene, tmp_path / "one.npz", source={"prim": BODY})

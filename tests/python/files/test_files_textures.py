@@ -7,41 +7,19 @@ import numpy as np
 import pytest
 import to_file
 from commands import dynmesh_command as run
-from layers import REST, layer, mesh, points_at
+from layers import PLACES, REST, layer, mesh, points_at, textured
+from plain_files import corners_in_obj
 from stages import stage_of
 
 import dynmesh
 
 alembic = pytest.importorskip("alembic3d")
 Abc, Geometry = alembic.Abc, alembic.AbcGeom
-POLYGONS = "int[] faceVertexCounts = [4, 3]\nint[] faceVertexIndices = [0, 1, 2, 3, 0, 3, 4]"
-PLACES = np.random.default_rng(0).random((7, 2)).astype(np.float32)
-"""The texture coordinates of the corners of a quadrilateral and a triangle."""
-
-
-def textured(path: Path, *more: str, name: str = "st", texture: Any = PLACES) -> Path:
-    """A mesh with these texture coordinates, of corners or of vertices."""
-    points = "[(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (-1, 0, 0)]"
-    kind = "faceVarying" if len(texture) == 7 else "vertex"
-    values = ", ".join(str(tuple(row)) for row in texture.tolist())
-    lines = (
-        f"point3f[] points.timeSamples = {{1: {points}, 2: {points}}}",
-        f'texCoord2f[] primvars:{name} = [{values}] (interpolation = "{kind}")',
-    )
-    return layer(path, mesh(*lines, *more, faces=POLYGONS))
 
 
 def texture_in(path: Path) -> Any:
     with dynmesh.open(path) as reader:
         return reader.header.texture
-
-
-def corners_in_obj(path: Path) -> list[list[tuple[list[float], int]]]:
-    """The texture coordinates and the vertices of the corners of each face."""
-    lines = [line.split() for line in path.read_text().splitlines()]
-    places = [[float(x) for x in words] for kind, *words in lines if kind == "vt"]
-    faces = [[word.split("/") for word in words] for kind, *words in lines if kind == "f"]
-    return [[(places[int(t) - 1], int(v) - 1) for v, t in face] for face in faces]
 
 
 @pytest.mark.parametrize("of_vertices", [False, True])

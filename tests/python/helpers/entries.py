@@ -31,7 +31,6 @@ MASKS: Any = np.stack([np.ones(K, np.bool_), *[KNOWN] * 3])
 UP: Any = np.tile([0.0, 0, 1], (K, 1))
 SENSOR: Any = np.array([[2.0, 2, 20]])
 HEADER: Any = {"faces": MESH.faces, "n_frames": 1, "n_vertices": K, "dtype": np.float64}
-PLACES: Any = np.zeros((MESH.faces.size, 2), np.float32)
 SCAN = next(degrade.depth_images(FRAMES, MESH.faces, 1, width=80, height=60))
 IMAGE: Any = {"depth": SCAN.depth[0], "intrinsics": SCAN.intrinsics[0], "pose": SCAN.poses[0]}
 POSED: Any = {"faces": MESH.faces, "template": FRAME, "training": FRAMES, "align": False}
@@ -131,7 +130,7 @@ ENTRIES: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     ),
     "Header": (
         _once(dynmesh.Header),
-        HEADER | {"n_frames": 4, "times": np.arange(4.0), "texture": PLACES},
+        HEADER | {"n_frames": 4, "times": np.arange(4.0)},
     ),
     "write": (
         _append,

@@ -1,5 +1,7 @@
 """PLY and OBJ files as text, for the tests of files with one frame each."""
 
+from pathlib import Path
+
 TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
 
 
@@ -21,3 +23,11 @@ POINTS = b"0 0 0\n1 0 0\n0 1 0\n"
 def triangle(face: bytes) -> bytes:
     """Three vertices and one face, which is given as the end of the file."""
     return ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + face)
+
+
+def corners_in_obj(path: Path) -> list[list[tuple[list[float], int]]]:
+    """The texture coordinates and the vertices of the corners of each face."""
+    lines = [line.split() for line in path.read_text().splitlines()]
+    places = [[float(x) for x in words] for kind, *words in lines if kind == "vt"]
+    faces = [[word.split("/") for word in words] for kind, *words in lines if kind == "f"]
+    return [[(places[int(t) - 1], int(v) - 1) for v, t in face] for face in faces]

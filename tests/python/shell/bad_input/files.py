@@ -135,7 +135,7 @@ writing = [
     _write("over a folder", lambda w: dynmesh.write("folder.npz", w.sequence), ValueError, "folder.npz:", "folder"),
     _write("`faces`: a number", lambda w: _written(w, faces=3), ValueError, "faces:", "(m, 3)", "()"),
     _write("`dtype`: int", lambda w: _written(w, dtype=int), TypeError, "int64"),
-    _write("`texture`: of vertices", lambda w: _written(w, texture=np.zeros((49, 2))), ValueError, "texture:", "(216, 2)", "(49, 2)"),
+    _write("`origin`: a path", lambda w: _written(w, origin="body.obj"), TypeError, "origin:", "another sequence"),
     _write("`times`: a list", lambda w: _written(w, times=[0.0, 1, 2]), TypeError, "times:", "numpy array", "list"),
     _write("a mask one too small", lambda w: _written(w, dynmesh.Frame(w.points, w.known[:48]), has_known=True), ValueError, "frames: frame 0:", "known:", "(49,)", "(48,)"),
     _write("frames of float32, announced as float64", lambda w: _written(w, w.points.astype(np.float32)), ValueError, "frames: frame 0:", "float64", "float32"),

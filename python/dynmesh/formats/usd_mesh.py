@@ -1,0 +1,123 @@
+"""A mesh in a stage: its faces, texture coordinates and attributes, and what moves or places it."""
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..attributes import ATTRIBUTES, with_all_needed
+from ..polygons import Polygons, reversal, turned
+from .format import check_same_faces
+from .usd_library import pxr
+
+_TYPES = {"b": "BoolArray", "i": "IntArray", "f": "FloatArray"}
+
+primvars = {name: _TYPES[row.dtype.kind] for name, row in ATTRIBUTES.items()}
+"""The data of a vertex besides its position, and the type of the values of all vertices."""
+
+errors_of_key = "standard_error_of"
+"""Of the custom data of the primvar `standard_error`."""
+
+
+def faces_of(mesh: Any) -> Polygons:
+    """Returns the faces, counter-clockwise, which must be the same at all times."""
+    attributes = (mesh.GetFaceVertexCountsAttr(), mesh.GetFaceVertexIndicesAttr())
+
+    def faces_at(time: float) -> Polygons:
+        values = [attribute.Get(time) for attribute in attributes]
+        if any(value is None for value in values):
+            raise ValueError("the mesh has no faces")
+        return Polygons(*(np.array(value, np.int32) for value in values))
+
+    times = {time for attribute in attributes for time in attribute.GetTimeSamples()}
+    first, *later = sorted(times) or [0.0]
+    faces = faces_at(first)
+    for time in later:
+        check_same_faces(faces, faces_at(time), f"time {time:g}")
+    return turned(faces) if is_left_handed(mesh) else faces
+
+
+def is_left_handed(mesh: Any) -> bool:
+    """Whether the faces of a mesh are stored clockwise."""
+    return bool(mesh.GetOrientationAttr().Get() == "leftHanded")
+
+
+def primvars_of(mesh: Any) -> dict[str, Any]:
+    """Returns the attributes of the primvars that exist; generation and age only together."""
+    geometry, sdf = pxr("UsdGeom"), pxr("Sdf")
+    result = {name: geometry.PrimvarsAPI(mesh).GetPrimvar(name) for name in primvars}
+    result = {name: primvar for name, primvar in result.items() if primvar.HasAuthoredValue()}
+    result = {name: result[name] for name in with_all_needed(result)}
+    for name, primvar in result.items():
+        kind = getattr(sdf.ValueTypeNames, primvars[name])
+        interpolation = primvar.GetInterpolation()
+        if (primvar.GetTypeName(), interpolation) != (kind, "vertex") or primvar.IsIndexed():
+            raise ValueError(
+                f"primvars:{name}: must be {kind} with vertex interpolation and without indices, "
+                f"not {primvar.GetTypeName()} with {interpolation} interpolation"
+            )
+    return {name: primvar.GetAttr() for name, primvar in result.items()}
+
+
+def texture_in(mesh: Any) -> Any:
+    """Returns the primvar of texture coordinates, of several the one called `st`, else the first.
+
+    None if there are none that are the same at all times, for each corner or vertex.
+    """
+    results = [
+        one
+        for one in pxr("UsdGeom").PrimvarsAPI(mesh).GetPrimvarsWithAuthoredValues()
+        if one.GetTypeName().role == "TextureCoordinate" or one.GetPrimvarName() == "st"
+        if one.GetInterpolation() in ("faceVarying", "vertex", "varying")
+        if not one.ValueMightBeTimeVarying()
+    ]
+    return min(results, key=lambda one: one.GetPrimvarName() != "st", default=None)
+
+
+def texture_of(mesh: Any, faces: Polygons, n_vertices: int) -> NDArray[np.float32] | None:
+    """Returns (c, 2) the texture coordinates of each corner of faces as :func:`faces_of` has them.
+
+    None if there are none that fit.
+    """
+    primvar = texture_in(mesh)
+    if primvar is None:
+        return None
+    of_corners = primvar.GetInterpolation() == "faceVarying"
+    values = np.array(primvar.ComputeFlattened(pxr("Usd").TimeCode.EarliestTime()), np.float32)
+    if values.shape != (len(faces.corners) if of_corners else n_vertices, 2):
+        return None
+    if of_corners:
+        return np.asarray(values[reversal(faces.sizes)] if is_left_handed(mesh) else values)
+    return np.asarray(values[faces.corners])
+
+
+def moved_by(mesh: Any) -> tuple[str, ...]:
+    """What moves a mesh beside the samples of its points, in words."""
+    prim = mesh.GetPrim()
+    prims = [prim.GetStage().GetPrimAtPath(path) for path in mesh.GetPath().GetPrefixes()]
+    result = {
+        "a skeleton": any(one.HasRelationship("skel:skeleton") for one in prims),
+        "blend shapes": prim.HasAttribute("skel:blendShapes"),
+        "transforms": is_moving(mesh),
+    }
+    return tuple(name for name, there in result.items() if there)
+
+
+def is_moving(mesh: Any) -> bool:
+    """Whether transforms of the mesh, or above it, change with time."""
+    geometry, stage = pxr("UsdGeom"), mesh.GetPrim().GetStage()
+    prims = map(stage.GetPrimAtPath, mesh.GetPath().GetPrefixes())
+    return any(
+        geometry.Xformable(one).TransformMightBeTimeVarying()
+        for one in prims
+        if one.IsA(geometry.Xformable)
+    )
+
+
+def to_scene(mesh: Any, times: list[float]) -> Iterator[NDArray[np.float64]]:
+    """Yields what takes directions in the mesh to the scene, at these times if it changes."""
+    cache = pxr("UsdGeom").XformCache()
+    for time in times if is_moving(mesh) else times[:1]:
+        cache.SetTime(time)
+        yield np.array(cache.GetLocalToWorldTransform(mesh.GetPrim()))[:3, :3]
