@@ -136,7 +136,9 @@ def open_with_template(
             of_own = own.origin is not None and own.origin.is_scene
             origin = own.origin if of_own else its.origin or own.origin
             if origin is not None:
-                origin = replace(origin, texture=shown.texture, remarks=own.remarks)
+                origin = replace(
+                    origin, texture=shown.texture, remarks=own.remarks, is_scene=of_own
+                )
             source = copy(source)
             vars(source)["header"] = replace(own, polygons=shown.polygons, origin=origin)
             points = first.astype(source.dtype)

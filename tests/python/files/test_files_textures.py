@@ -130,3 +130,5 @@ def test_a_template_provides_the_texture_coordinates(tmp_path: Path) -> None:
     dynmesh.write(tmp_path / "partial.npz", partial)
     to_file.complete(tmp_path / "partial.npz", tmp_path / "b.abc", template=path)
     np.testing.assert_array_equal(texture_in(tmp_path / "b.abc"), PLACES)
+    remarks = to_file.complete(tmp_path / "partial.npz", tmp_path / "c.usda", template=path).remarks
+    assert not any("alone" in remark for remark in remarks)  # it does not lie over the template

@@ -171,7 +171,7 @@ completing = [
     _complete("`template` and `start`", lambda w: _to_new(w, template="body.npz", start=1), ValueError, "template:", "start"),
     _complete("`template`: a file that is not there", lambda w: _to_new(w, template="none.obj"), FileNotFoundError, "none.obj"),
     _complete("`template` with holes", lambda w: _to_new(w, template="holes.npz"), ValueError, "holes.npz: 1 of 49 vertices is missing"),
-    _complete("`template` with other faces", lambda w: _to_new(w, template="turned_face.npz"), ValueError, "turned_face.npz: has other faces than body.npz"),
+    _complete("`template` with other faces", lambda w: _to_new(w, template="turned_face.npz"), ValueError, "turned_face.npz: has other faces than ", "body.npz"),
     _complete("`template` in another unit", lambda w: _to_new(w, "in_metres.npz", template="in_millimetres.npz"), ValueError, "in_millimetres.npz: its unit in metres is 0.001, but 1"),
     *(_complete(f"`{name}` with method motion, before any file", lambda _, option=option: dynmesh.complete("none.npz", method="motion", **option), SettingError, f"{name}: is for method detail")
       for option in ({"bidirectional": True}, {"drop_above": 1.0}, {"training": "t.npz"}) for name in option),

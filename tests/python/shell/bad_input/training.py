@@ -72,7 +72,7 @@ cases = [
     _completed("`training`: a number", lambda _: _file(3), TypeError, "training:", "3"),
     _completed("`training`: an empty list", lambda _: _file([]), ValueError, "training:", "no file"),
     _completed("a training file with fewer vertices", lambda _: _file("fewer.npz"), ValueError, "fewer.npz:", "7", "body.npz has 49"),
-    _completed("a training file with fewer triangles", lambda _: _file("fewer_faces.npz"), ValueError, "fewer_faces.npz:", "other faces than body.npz"),
+    _completed("a training file with fewer triangles", lambda _: _file("fewer_faces.npz"), ValueError, "fewer_faces.npz:", "other faces than ", "body.npz"),
     _completed("a training file with positions alone, of fewer vertices", lambda _: _file("other.pc2"), ValueError, "other.pc2:", "7"),
     _completed("a training file with a hole in frame 1", lambda _: _file("late_holes.npz"), ValueError, "late_holes.npz: frame 1:", "vertex 4", "whole"),
     _completed("a training file that states another unit", lambda _: _file("in_metres.npz", "in_millimetres.npz"), ValueError, "in_metres.npz:", "unit", "0.001"),
