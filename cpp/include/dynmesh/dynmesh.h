@@ -218,7 +218,7 @@ DYNMESH_EXPORT void dynmesh_training_destroy(dynmesh_training* training);
 /// Creates a completer that has learned from a training sequence of three frames or more. Requires
 /// DYNMESH_METHOD_DETAIL. The root mean square distance of the vertices from their centre may
 /// differ from that of `first_frame` by a factor of up to 50; beyond that, the unit of length is
-/// wrong. The frames are copied, so the training sequence can be destroyed at any time. The other
+/// wrong. The frames are copied, so the training sequence can be destroyed afterwards. The other
 /// arguments are those of dynmesh_create.
 DYNMESH_EXPORT dynmesh_status dynmesh_create_trained(const int32_t* faces, int64_t n_faces,
                                                      const dynmesh_points* first_frame,
