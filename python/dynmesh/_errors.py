@@ -68,10 +68,9 @@ def in_one_line(error: Exception) -> str:
 
 @contextlib.contextmanager
 def locating(*, frame: float | None = None, file: Path | None = None) -> Iterator[None]:
-    """Adds the frame and the file to errors that do not know theirs yet.
+    """Adds the frame and the file to errors of dynmesh that do not know theirs yet.
 
-    Other ValueErrors and TypeErrors, as those of numpy, become errors of dynmesh. SettingErrors are
-    about no frame and no file, and pass unchanged.
+    SettingErrors are about no frame and no file, and pass unchanged.
     """
     try:
         yield
@@ -81,10 +80,6 @@ def locating(*, frame: float | None = None, file: Path | None = None) -> Iterato
         error.frame = frame if error.frame is None else error.frame
         error.file = file if error.file is None else error.file
         raise
-    except TypeError as error:
-        raise KindError(str(error), frame=frame, file=file) from error
-    except ValueError as error:
-        raise InputError(str(error), frame=frame, file=file) from error
 
 
 @contextlib.contextmanager
@@ -119,11 +114,18 @@ def of_library(tried: str, kind: type[Exception] = InputError) -> Iterator[None]
             if error.filename is not None:
                 raise
             raise OSError(error.errno, os.strerror(error.errno)) from error  # which is one line
-        message = getattr(error.args[0] if error.args else None, "commentary", str(error))  # of USD
-        lines = [" ".join(line.split()) for line in str(message).splitlines() if line.strip()]
+        message = _words_of(error)
+        lines = [" ".join(line.split()) for line in message.splitlines() if line.strip()]
         if not isinstance(error, ValueError | OSError | RuntimeError):
             lines = [": ".join([type(error).__name__, *lines[-1:]])]
         raise kind(f"{tried}: {lines[-1] if lines else type(error).__name__}") from error
+
+
+def _words_of(error: Exception) -> str:
+    try:
+        return str(getattr(error.args[0] if error.args else None, "commentary", error))  # of USD
+    except UnicodeDecodeError:  # words of the damaged file are in it
+        return "its text is damaged"
 
 
 @contextlib.contextmanager

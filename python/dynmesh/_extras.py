@@ -4,6 +4,10 @@ from importlib import import_module
 from types import ModuleType
 
 
+class MissingLibraryError(ImportError):
+    """An optional library is not installed."""
+
+
 def require_all(*modules: str, extra: str) -> None:
     """Imports modules early, so that a missing one is reported before any work begins."""
     for module in modules:
@@ -16,4 +20,5 @@ def require(module: str, *, extra: str) -> ModuleType:
         return import_module(module)
     except ImportError as error:
         package = module.partition(".")[0]
-        raise ImportError(f"this needs {package}: pip install 'dynmesh[{extra}]'") from error
+        message = f"this needs {package}: pip install 'dynmesh[{extra}]'"
+        raise MissingLibraryError(message) from error

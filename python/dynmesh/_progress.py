@@ -4,7 +4,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import TypeVar
 
 T = TypeVar("T")
@@ -20,7 +20,7 @@ def steps(what: str, progress: bool) -> Iterator[Callable[[int, int], None]]:
     Yields:
         A function of the number of steps that are done and of all steps.
     """
-    if not progress:
+    if not progress or sys.stderr is None:  # which a service may lack
         yield lambda *_: None
         return
     if not sys.stderr.isatty():
@@ -48,7 +48,8 @@ def _lines(what: str) -> Iterator[Callable[[int, int], None]]:
 
     def tell() -> None:
         while not ended.wait(INTERVAL):
-            print(f"{what}{at}, {time.monotonic() - began:.0f} s", file=sys.stderr, flush=True)
+            with suppress(OSError):  # a full disk
+                print(f"{what}{at}, {time.monotonic() - began:.0f} s", file=sys.stderr, flush=True)
 
     teller = threading.Thread(target=tell, daemon=True)
     teller.start()

@@ -83,7 +83,7 @@ def as_array_of(
     """Positions as NumPy asks an object for them, NaN where they are not known."""
     if known is not None and not known.all():
         if copy is False:
-            raise ValueError("a copy is needed, to mark what is not known as NaN")
+            raise InputError("a copy is needed, to mark what is not known as NaN")
         points = np.where(known[..., None], points, np.nan).astype(points.dtype)
     return np.array(points, dtype) if copy else np.asarray(points, dtype)
 
@@ -313,11 +313,11 @@ def _check(frame: Frame, header: Header) -> None:
         check_array(name, array)
     if points.shape != (k, 3) or points.dtype != header.dtype:
         message = f"must be {header.dtype} of shape {(k, 3)}"
-        raise ValueError(f"{message}, not {points.dtype} of shape {points.shape}")
+        raise InputError(f"{message}, not {points.dtype} of shape {points.shape}")
     values = frame.attributes()
     for name, row in ATTRIBUTES.items():
         if (name in values) != (name in header.attributes):
-            raise ValueError(f"give {row.what} with every frame or with none")
+            raise InputError(f"give {row.what} with every frame or with none")
         if name in values:
             row.check(values[name].dtype, values[name].shape, (k,))
 

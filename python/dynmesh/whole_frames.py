@@ -142,11 +142,11 @@ def _numbering(header: Header) -> Iterator[None]:
     """Calls frames by the numbers in their file in errors, which the core counts from 0."""
     try:
         yield
-    except (TypeError, ValueError) as error:
+    except DynmeshError as error:
         message = re.fullmatch("frame ([0-9]+): (.*)", str(error))
         if message is None:
             raise
-        kind = KindError if isinstance(error, TypeError) else InputError
+        kind = KindError if isinstance(error, KindError) else InputError
         raise kind(message[2], frame=header.number(int(message[1]))) from error
 
 

@@ -2,24 +2,22 @@
 
 import inspect
 import json
-import os
-import re
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from cyclopts import App, CycloptsError
-from rich.console import Console
-from rich.markup import escape
+from cyclopts import App
 
 from .._core import __version__
-from .._errors import DynmeshError, in_one_line
 from .._report import Report
-from .command import Command, refusal
+from .command import Command
+from .failure import drop, printing, spelt, tell
+from .options import SHARED, options_of
+from .options import shared as shared_options
 
 VERBS = {
     "info": "verbs.info:info",
@@ -58,9 +56,10 @@ app = App(
     "A sequence is an animated mesh in one of the formats npz, hdf5, npy, pc2, ply, obj, usd, "
     "usdz, alembic and model, recognised by its suffix. A vertex is missing in a frame if its "
     "known mask says so or, in a file without masks, if its position is not finite.\n\n"
-    "Every command also takes --quiet (-q), which prints only what is wrong, and --json, which "
-    "prints its report as JSON. The exit code is 0 if all is well, 1 after an error, 2 if the "
-    "command line or an option is wrong, and 3 if a result was written but is doubtful.",
+    "Every command also takes --quiet (-q), which prints only what is wrong, --json, which prints "
+    "its report as JSON, and --traceback, which shows where in the program an error arose. The "
+    "exit code is 0 if all is well, 1 after an error, 2 if the command line or an option is wrong, "
+    "and 3 if a result was written but is doubtful.",
     help_flags=("--help", "-h"),
     help_format="plaintext",
     version=f"dynmesh {__version__}",
@@ -105,37 +104,41 @@ app.register_install_completion_command()
 
 
 def main() -> None:
-    """Runs the command line and reports an error in one line."""
-    quiet, as_json, tokens = _common(sys.argv[1:])
+    """Runs the command line; tells an error in one line, but shows a fault of dynmesh itself."""
+    tokens = _command_first(sys.argv[1:])
+    shared = {"traceback": "--traceback" in tokens}
+    code = 0
     try:
-        report = run(tokens, quiet=quiet)
-    except (CycloptsError, OSError, ValueError, TypeError, ImportError) as error:
-        message, code = _told(error, tokens)
-        console = Console(stderr=True, emoji=False)
-        console.print(f"[red]dynmesh:[/red] {escape(message)}", highlight=False, soft_wrap=True)
-        sys.exit(code)
+        report = run(tokens, shared)
+        if report is not None:  # not of the help, for example
+            code = _EXIT_CODES.get(report.quality, 3)
+            _show(report, _command_in(tokens), shared)
     except KeyboardInterrupt:
-        sys.exit(130)
-    if report is None:  # of the help, for example
-        return
-    try:
-        _show(report, quiet, as_json, tokens)
-        sys.stdout.flush()
-    except BrokenPipeError:  # who reads it has seen enough
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-    sys.exit(_EXIT_CODES.get(report.quality, 3))
+        code = 130
+    except Exception as error:
+        code = tell(error, _command_in(tokens), tokens, trace=shared["traceback"])
+    sys.exit(code)
 
 
-def run(tokens: Sequence[str], *, quiet: bool = False) -> Report | None:
+def run(tokens: list[str], shared: dict[str, bool]) -> Report | None:
     """Runs a command line, and shows how far it is in a terminal; returns what was done.
+
+    Args:
+        tokens: the command line.
+        shared: takes the options of all commands that are in it.
 
     Raises:
         CycloptsError: the command line is wrong.
-        OSError, ImportError, TypeError, ValueError: what the command raises.
+        Exception: what the command raises.
     """
     command, given, unset = app.parse_args(tokens, exit_on_error=False, print_error=False)
+    shared |= {key: given.arguments.pop(key) for key in SHARED & given.arguments.keys()}
     if "progress" in unset:
-        given.arguments["progress"] = not quiet
+        given.arguments["progress"] = not shared.get("quiet")
+    if not isinstance(command, Command):  # the help, for example
+        with printing():
+            command(*given.args, **given.kwargs)
+        return None
     result = command(*given.args, **given.kwargs)
     if result is None or isinstance(result, Report):
         return result
@@ -144,45 +147,31 @@ def run(tokens: Sequence[str], *, quiet: bool = False) -> Report | None:
     return Drawn(output=given.arguments["output"], remarks=remarks)
 
 
-def _told(error: Exception, tokens: Sequence[str]) -> tuple[str, int]:
-    """What an error says, with options in place of arguments; and the exit code."""
-    error, code = (refusal(error), 2) if isinstance(error, CycloptsError) else (error, 1)
-    if isinstance(error, DynmeshError) and error.argument is not None and tokens[0] in VERBS:
-        option = command_of(tokens[0]).option_of(error.argument)
-        is_given = option in {token.partition("=")[0] for token in tokens}
-        # Files hold arrays that are called like options.
-        is_of_file = error.file is not None and error.argument in ("faces", "known")
-        if option is not None and (is_given or not is_of_file):
-            return _spelt(error.told(option), tokens), 2
-    if isinstance(error, DynmeshError) and error.argument is None and error.file is None:
-        code = 2  # what is about no file is about the command line
-    return _spelt(in_one_line(error), tokens), code
+def _command_first(tokens: list[str]) -> list[str]:
+    """Moves options of all commands behind the command if they are before it."""
+    names = {name for option in options_of(shared_options) for name in option.names}
+    n = next((i for i, token in enumerate(tokens) if token.partition("=")[0] not in names), 0)
+    return [*tokens[n : n + 1], *tokens[:n], *tokens[n + 1 :]]
 
 
-def _spelt(text: str, tokens: Sequence[str]) -> str:
-    """Names arguments of functions, which messages mark as in `threads`, as options.
-
-    Files are named as seen from the current folder, from which they were given.
-    """
-    here = re.escape(str(Path.cwd()) + os.sep)
-    text = re.sub(rf"(?<![^\s'\"(]){here}(?=\S)", "", text)
-    return command_of(tokens[0]).spelt(text) if tokens and tokens[0] in VERBS else text
+def _command_in(tokens: list[str]) -> Command | None:
+    return command_of(tokens[0]) if tokens and tokens[0] in VERBS else None
 
 
-def _common(tokens: list[str]) -> tuple[bool, bool, list[str]]:
-    """Takes the options of all commands out of a command line."""
-    ours = ("--quiet", "-q", "--json")
-    others = [token for token in tokens if token not in ours]
-    return "--quiet" in tokens or "-q" in tokens, "--json" in tokens, others
-
-
-def _show(report: Report, quiet: bool, as_json: bool, tokens: Sequence[str]) -> None:
+def _show(report: Report, command: Command | None, shared: dict[str, bool]) -> None:
     """Prints a report: what was found on standard output, what was done on standard error."""
-    if as_json:
-        print(json.dumps(report.to_dict(), indent=2, allow_nan=False))
+    if shared.get("json"):
+        with printing():
+            print(json.dumps(report.to_dict(), indent=2, allow_nan=False))
         return
     output = getattr(report, "output", None)
-    lines = report.lines() if output is None or not quiet else filter(None, [report.reason])
-    place, file = ("", sys.stdout) if output is None else (f"{output}: ", sys.stderr)
-    for line in lines:
-        print(_spelt(f"{place}{line}", tokens), file=file)
+    if output is None:
+        with printing():
+            print(*(spelt(line, command) for line in report.lines()), sep="\n")
+        return
+    lines = filter(None, [report.reason]) if shared.get("quiet") else report.lines()
+    try:
+        for line in lines:
+            print(spelt(f"{output}: {line}", command), file=sys.stderr)
+    except OSError:  # nobody reads what was done
+        drop(sys.stderr)

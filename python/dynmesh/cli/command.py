@@ -11,13 +11,13 @@ import typing
 import warnings
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 from .. import formats
 from .._errors import InputError
 from .._report import DoubtfulWarning
 from ..frames import Frames
-from .options import HEADINGS, NAMES, Option, annotation_of, in_words, options_of
+from .options import NAMES, SHARED, Option, annotation_of, in_words, options_of, shared
 
 
 class Command:
@@ -48,6 +48,7 @@ class Command:
             every += [o for o in options_of(formats.open) if o.names or self._reads]
         if self._writes:
             every += [o for o in options_of(formats.write) if o.parameter.name != "frames"]
+        every += options_of(shared)
         every.sort(
             key=lambda each: (bool(each.names), not each.names and each.function is formats.write)
         )
@@ -56,8 +57,8 @@ class Command:
             self.options.setdefault(option.key, []).append(option)
         self.takes_source = takes_source
         parameters = [self._parameter(key, option[-1]) for key, option in self.options.items()]
-        vars(self)["__signature__"] = inspect.Signature([*parameters, *_common()])
-        self.__annotations__ = {each.name: each.annotation for each in [*parameters, *_common()]}
+        vars(self)["__signature__"] = inspect.Signature(parameters)
+        self.__annotations__ = {each.name: each.annotation for each in parameters}
 
     def _parameter(self, key: str, option: Option) -> inspect.Parameter:
         kind = inspect.Parameter.KEYWORD_ONLY if option.names else inspect.Parameter.POSITIONAL_ONLY
@@ -97,8 +98,8 @@ class Command:
         if not self._writes:
             return self._verb(**own, **({"source": opening} if self.takes_source else {}))
         if self._instead is not None:
-            named = {key: value for key, value in values.items() if key not in ("quiet", "json")}
-            if (report := self._instead(**named)) is not None:
+            unshared = {key: value for key, value in values.items() if key not in SHARED}
+            if (report := self._instead(**unshared)) is not None:
                 return report
         writing.setdefault("overwrite", False)
         formats.check_format(writing["path"], writing.get("format"))
@@ -112,29 +113,6 @@ class Command:
             else:
                 result = self._verb(**own)
             return formats.write(writing.pop("path"), stack.enter_context(result), **writing)
-
-
-def _common() -> list[inspect.Parameter]:
-    """The options of all commands, which :func:`dynmesh.cli.main` takes out of a command line."""
-    from cyclopts import Group, Parameter
-
-    group = Group("Output", sort_key=HEADINGS.index("output"))
-    helps = {
-        "quiet": (("--quiet", "-q"), "print only what is wrong"),
-        "json": (("--json",), "print the report as JSON"),
-    }
-    return [
-        inspect.Parameter(
-            name,
-            inspect.Parameter.KEYWORD_ONLY,
-            default=False,
-            annotation=Annotated[
-                bool,
-                Parameter(name=names, help=text, group=group, negative="", show_default=False),
-            ],
-        )
-        for name, (names, text) in helps.items()
-    ]
 
 
 def bound(command: Command, tokens: Sequence[str]) -> inspect.BoundArguments:
@@ -189,4 +167,8 @@ def refusal(error: Any) -> InputError:
         first, *others = error.unused_tokens or [""]
         more = f" and {len(others)} more" if others else ""
         message = f"too many arguments: {first}{more}; put patterns in quotes"
+        if first in ("true", "false", "yes", "no"):
+            message = (
+                f"too many arguments: {first}; the value of a flag follows =, as in --json={first}"
+            )
     return InputError(message)

@@ -10,6 +10,8 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple, Union
 
 from .. import formats
+from .._errors import InputError
+from .._options import Output
 from .._report import listed
 
 NAMES = {
@@ -17,6 +19,7 @@ NAMES = {
     "write.format": ("--output-format",),
     "out": ("--output", "-o"),
     "colour": ("--colour", "--color"),
+    "quiet": ("--quiet", "-q"),
     "rig.output": ("--output", "-o"),
     "picture.frames": ("--frame",),
     "picture.count": ("--sheet",),
@@ -24,6 +27,22 @@ NAMES = {
 """Options that are not called like their parameters, of all functions or of one."""
 
 HEADINGS = ("input", "method", "output")
+
+
+def shared(
+    *, quiet: Output[bool] = False, json: Output[bool] = False, traceback: Output[bool] = False
+) -> None:
+    """Declares the options of all commands, which :func:`dynmesh.cli.main` obeys.
+
+    Args:
+        quiet: print only what is wrong.
+        json: print the report as JSON.
+        traceback: show where in the program an error arose.
+    """
+
+
+SHARED = frozenset(inspect.signature(shared).parameters)
+"""The keys of these options."""
 
 
 class Option(NamedTuple):
@@ -104,7 +123,7 @@ def annotation_of(option: Option) -> Any:
         more["consume_multiple"] = True  # up to the next option
     elif str in _members(hint):
         more["allow_leading_hyphen"] = True  # of numbers
-    if default is False or bool not in _members(hint):
+    if bool not in _members(hint):
         more["negative"] = ""
     if default is False:
         more["show_default"] = False
@@ -117,7 +136,7 @@ def _whole(hint: Any, tokens: Any) -> Any:
 
     text = tokens[0].value
     if not (text.removeprefix("-").isdecimal() or text.isalpha()):
-        raise ValueError(f"must be a whole number, not {text!r}")
+        raise InputError(f"must be a whole number, not {text!r}")
     return convert(hint, tokens)
 
 
@@ -126,7 +145,7 @@ def _path(hint: Any, tokens: Any) -> Any:
     from cyclopts import convert
 
     if not all(token.value for token in tokens):
-        raise ValueError("is empty")
+        raise InputError("is empty")
     return convert(hint, tokens)
 
 
@@ -181,5 +200,5 @@ def slice_of(text: str) -> slice:
             None if not part else float(part) if "." in part else int(part) for part in parts
         )
     except ValueError:
-        raise ValueError(f"must be two numbers of frames, as in 1001:1050, not '{text}'") from None
+        raise InputError(f"must be two numbers of frames, as in 1001:1050, not '{text}'") from None
     return slice(begin, end, *step)

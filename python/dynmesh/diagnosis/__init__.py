@@ -7,6 +7,7 @@ from typing import Unpack
 import numpy as np
 
 from .. import formats
+from .._errors import InputError
 from .._progress import tracked
 from ..formats import OneSequence, Source
 from ..geometry import likely_up
@@ -39,7 +40,7 @@ def diagnose(source: OneSequence, *, progress: bool = False, **how: Unpack[Sourc
     ):
         header = reader.header
         if header.n_vertices == 0:
-            raise ValueError("has no vertices")
+            raise InputError("has no vertices")
         watched = tracked(frames, header.n_frames, "reading", progress)
         first = next(watched)
         start = Mesh(header.faces, first.points, plausible(first))

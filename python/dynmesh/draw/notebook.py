@@ -33,7 +33,7 @@ def shown(sequence: ArrayFrames) -> str:
     player = ""
     try:
         player = _player(sequence)
-    except (ImportError, ValueError) as error:
+    except (ImportError, InputError) as error:
         # For a notebook, this is not an error: the table describes every sequence.
         rows["no player"] = str(error)
     lines = "".join(

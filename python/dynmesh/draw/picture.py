@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from .._errors import InputError
 from .._extras import require, require_all
 from .._progress import tracked
 from ..frames import Frames, frame_at
@@ -59,13 +60,15 @@ def drawn(
     require_all("PIL.Image", extra="view")
     figures.load_pyvista()
     if reference is not None and colour not in (None, "error", "standard_error"):
-        raise ValueError(f"reference: requires the colour error or standard_error, not {colour}")
+        raise InputError(
+            f"requires the colour error or standard_error, not {colour}", argument="reference"
+        )
     heatmap = Heatmap(reader, reference=reference, wanted=colour)
     each = (one for index in indices for one in heatmap.frames(range(index, index + 1)))
     frames = list(tracked(each, len(indices), "reading", progress))
     seen = np.concatenate([frame.points[frame.visible] for frame in frames])
     if not len(seen):
-        raise ValueError(f"{reader.path}: no vertex is known in these frames")
+        raise InputError("no vertex is known in these frames", file=reader.path)
     scale = heatmap.scale(heatmap.colour, frames)
     up = up or likely_up(frame_at(reader, 0).points, stated_up(reader, reference))
     captions = [f"frame {reader.header.number(frame.number)}" for frame in frames]

@@ -9,7 +9,7 @@ from typing import Literal, NamedTuple, TypeAlias
 import numpy as np
 
 from .._arrays import Positions
-from .._errors import locating
+from .._errors import InputError, locating
 from .._extras import require
 from ..attributes import FUSED
 from ..degrade.shared import round_up
@@ -75,8 +75,8 @@ class Sources:
                 return LengthUnit("mm", "mm", 1000 * reader.header.metres_per_unit)
         if not self.diagonal > 0:
             path = (self.reference or self.reader).path
-            raise ValueError(
-                f"{path}: errors have no unit, as all of the first frame is at one point"
+            raise InputError(
+                "errors have no unit, as all of the first frame is at one point", file=path
             )
         return LengthUnit("%", "% of the bounding-box diagonal", 100 / self.diagonal)
 

@@ -300,7 +300,7 @@ class AlembicFrames(FileFrames):
     def _header(self, path: Path, archive: Any, meshes: Mapping[str, Any], mesh: Any) -> Header:
         n_frames = self._positions.getNumSamples()
         if n_frames == 0:
-            raise ValueError("the mesh has no positions")
+            raise InputError("the mesh has no positions")
         as_stored = turned(faces_of(mesh))
         faces, polygons = split_polygons(as_stored)
         self._parameters = _parameters(mesh.getSchema(), n_frames)

@@ -95,7 +95,7 @@ def find_template(
         with naming(there[0]):
             template = beside[there[0]](there[0])
     if template.n_vertices not in (None, n_vertices):
-        raise ValueError(
+        raise InputError(
             f"has {n_vertices} vertices, but the mesh with its faces has {template.n_vertices}"
         )
     return template
@@ -149,7 +149,7 @@ class Format:
         """Opens a sequence with these keywords, and refuses what `read` does not take."""
         for name, value in given.items():
             if name not in self.takes and value not in (None, "refuse"):
-                raise ValueError(_NOT_TAKEN[name])
+                raise InputError(_NOT_TAKEN[name])
         return self.read(path, **{name: given[name] for name in self.takes})
 
 
@@ -177,7 +177,7 @@ def not_read(moved_by: Collection[str], unknown: str) -> tuple[str, ...]:
 def choose_mesh(meshes: Mapping[str, bool], prim: str | None) -> str:
     """Chooses a mesh by its path, else the only one that moves, else the only one."""
     if not meshes:
-        raise ValueError("contains no polygon mesh")
+        raise InputError("contains no polygon mesh")
     if prim is not None:
         if prim not in meshes:
             raise InputError(
@@ -198,6 +198,6 @@ def choose_mesh(meshes: Mapping[str, bool], prim: str | None) -> str:
 def check_same_faces(first: Polygons, later: Polygons, when: str) -> None:
     """Raises an error, with `when`, unless later faces equal those of the first frame."""
     if not all(np.array_equal(one, other) for one, other in zip(first, later, strict=True)):
-        raise ValueError(
+        raise InputError(
             f"{when}: the faces differ from those of the first frame, but must not change"
         )

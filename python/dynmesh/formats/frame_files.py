@@ -8,7 +8,7 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from .._errors import naming
+from .._errors import InputError, naming
 from ..attributes import ATTRIBUTES, flags_of
 from ..frames import FileFrames, Frame, Indices
 from ..header import Header, numbers_of
@@ -55,12 +55,12 @@ class FilePerFrame(FileFrames):
             frame, polygons, metadata, further = self._load(self._first)
             k = len(frame.points)
             if k == 0:
-                raise ValueError("has no vertices")
+                raise InputError("has no vertices")
             if len(polygons.sizes) == 0:
                 template = find_template(faces, k, {})
                 polygons = as_polygons(template.faces, template.polygons)
             elif faces is not None:
-                raise ValueError(HOLDS_FACES)
+                raise InputError(HOLDS_FACES)
             self._polygons = polygons
             triangles, polygons_or_none = split_polygons(polygons)
             header = Header(
@@ -105,23 +105,23 @@ class FilePerFrame(FileFrames):
         first = self._first.name
         n_vertices, n_faces = len(frame.points), len(polygons.sizes)
         if n_vertices != self.n_vertices:
-            raise ValueError(
+            raise InputError(
                 f"has {n_vertices} vertices, but {first} has {self.n_vertices}; {OTHER_MESHES}"
             )
         if n_faces not in (0, len(self._polygons.sizes)):
-            raise ValueError(f"has {n_faces} faces, but {first} has {len(self._polygons.sizes)}")
+            raise InputError(f"has {n_faces} faces, but {first} has {len(self._polygons.sizes)}")
         if n_faces and not all(map(np.array_equal, polygons, self._polygons)):
-            raise ValueError(f"its {n_faces} faces are not those of {first}")
+            raise InputError(f"its {n_faces} faces are not those of {first}")
         if not np.can_cast(frame.points.dtype, self.dtype):
-            raise ValueError(f"its positions are {frame.points.dtype}, but {self.dtype} in {first}")
+            raise InputError(f"its positions are {frame.points.dtype}, but {self.dtype} in {first}")
         result = frame.attributes()
         for name, row in ATTRIBUTES.items():
             wanted = name in self.header.attributes
             if (name in result) != wanted:
-                raise ValueError(f"has {'no ' if wanted else ''}{row.what}, unlike {first}")
+                raise InputError(f"has {'no ' if wanted else ''}{row.what}, unlike {first}")
         ours, theirs = metadata.standard_error_of, self.header.standard_error_of
         if self.header.has_standard_error and ours != theirs:
-            raise ValueError(f"has standard errors of the {ours}, but {first} of the {theirs}")
+            raise InputError(f"has standard errors of the {ours}, but {first} of the {theirs}")
 
 
 def write_frames(
@@ -142,12 +142,12 @@ def write_frames(
     numbers = numbers_of_files(header, names)
     if header.n_frames > 1 and not names.numbered:
         pattern = numbers_in([Path(path.name)])[1] or f"{path.stem}_%04d{path.suffix}"
-        raise ValueError(f"one file holds one frame, not {header.n_frames}: write {pattern}")
+        raise InputError(f"one file holds one frame, not {header.n_frames}: write {pattern}")
     folder = destination_of(path).parent
     if folder.exists() and not folder.is_dir():
-        raise ValueError(f"{folder} exists and is not a folder")
+        raise InputError(f"{folder} exists and is not a folder")
     if len(header.faces) == 0:
-        raise ValueError("the sequence has no faces, which the first file needs")
+        raise InputError("the sequence has no faces, which the first file needs")
     for number, frame in zip(numbers, frames, strict=True):
         save(path.with_name(names.name(number)), frame)
     if not names.numbered or numbers == numbers_of(header, header.n_frames).tolist():

@@ -90,7 +90,7 @@ def _listed(path: Path, header: Header) -> Damaged:
                 frame = None if words[0] == "*" else number_of(words[0], number)
                 vertices = [number_of(word, number) for word in words[1:]]
                 if any(vertex % 1 for vertex in vertices):
-                    raise ValueError(line)
+                    raise InputError(line)
             except ValueError:
                 message = f"line {number}: must be a frame, or *, and numbers of vertices"
                 raise InputError(f"{message}, not {line[:60]!r}") from None
@@ -115,9 +115,9 @@ def _load(known: Any, shape: tuple[int, int]) -> Mask:
         if path.suffix.lower() == ".npz":
             mask: Mask = array_in(path, "known")
         else:
+            with path.open("rb") as file:
+                read_header(file)  # numpy would allocate memory without checking
             with of_library("is not a .npy file with a mask"):
-                with path.open("rb") as file:
-                    read_header(file)  # numpy would allocate memory without checking
                 mask = np.asanyarray(np.load(path, mmap_mode="r", allow_pickle=False))
         ATTRIBUTES["known"].check(mask.dtype, mask.shape, shape)
     return mask

@@ -185,7 +185,7 @@ def refuse_inputs(existing: Iterable[Path], inputs: Iterable[Path]) -> None:
     read = set(map(identity, inputs))
     for file in existing:
         if file.exists() and identity(file) in read:
-            raise ValueError(f"{file}: is the input; writing over it would lose it")
+            raise InputError("is the input; writing over it would lose it", file=file)
 
 
 def identity(file: Path) -> tuple[int, int]:

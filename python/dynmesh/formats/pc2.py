@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .._errors import naming
+from .._errors import InputError, naming
 from ..frames import FileFrames, Frame, Indices
 from ..header import Header
 from ..polygons import as_polygons
@@ -43,17 +43,17 @@ class Pc2Frames(FileFrames):
         with path.open("rb") as file:
             begin = file.read(layout.size)
         if not begin.startswith(signature):
-            raise ValueError("is not a PC2 file, as it does not begin with POINTCACHE2")
+            raise InputError("is not a PC2 file, as it does not begin with POINTCACHE2")
         if len(begin) < layout.size:
-            raise ValueError(f"ends in its header, after {len(begin)} of {layout.size} bytes")
+            raise InputError(f"ends in its header, after {len(begin)} of {layout.size} bytes")
         _, version, n_vertices, start, _, n_frames = layout.unpack(begin)
         if version != 1:
-            raise ValueError(f"is a PC2 file of version {version}, but only version 1 is supported")
+            raise InputError(f"is a PC2 file of version {version}, but only version 1 is supported")
         if n_frames < 0 or n_vertices < 0:
-            raise ValueError(f"declares an array of shape {(n_frames, n_vertices, 3)}")
+            raise InputError(f"declares an array of shape {(n_frames, n_vertices, 3)}")
         size, expected = path.stat().st_size, layout.size + 12 * n_frames * n_vertices
         if size != expected:
-            raise ValueError(f"its header declares {expected} bytes, but the file has {size}")
+            raise InputError(f"its header declares {expected} bytes, but the file has {size}")
         beside = dict.fromkeys(map(path.with_suffix, _MESHES), _mesh)
         template = find_template(faces, n_vertices, beside)
         header = Header(
@@ -90,11 +90,11 @@ def write_pc2(path: Path, header: Header, frames: Iterable[Frame]) -> list[str]:
     """
     for what, count in (("frames", header.n_frames), ("vertices", header.n_vertices)):
         if count > largest_count:
-            raise ValueError(f"can hold at most {largest_count} {what}, not {count}")
+            raise InputError(f"can hold at most {largest_count} {what}, not {count}")
     mesh = destination_of(path).with_suffix(".obj")
     needs_mesh = not _is_kept(mesh, header)
     if needs_mesh and len(header.faces) == 0:
-        raise ValueError("the sequence has no faces, which the mesh beside it needs")
+        raise InputError("the sequence has no faces, which the mesh beside it needs")
     remarks = [] if needs_mesh else [*not_written(header, ()), *_unstated(mesh, header)]
     with path.open("wb") as file:
         counts = layout.pack(signature, 1, header.n_vertices, header.start, 1.0, header.n_frames)

@@ -4,6 +4,7 @@ import os
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
+from .._errors import InputError
 from .._report import some_of
 from ..frames import Frames
 from ..header import Header
@@ -94,9 +95,10 @@ class Place:
             and self._path.suffix.lower() == frames.files[0].suffix.lower()
             and not set(self.existing()) & set(frames.files)
         ):
-            raise ValueError(
-                f"{self._path}: is in the folder of the input, whose files would then be frames of "
-                "the same sequence; write to another folder"
+            raise InputError(
+                "is in the folder of the input, whose files would then be frames of the same "
+                "sequence; write to another folder",
+                file=self._path,
             )
 
     def fill(self, folder: Path) -> list[str]:

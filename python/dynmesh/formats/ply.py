@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from .._arrays import Integers, Positions
 from .._core import parse_ply
+from .._errors import InputError
 from ..attributes import ATTRIBUTES, Attribute, as_mask, with_all_needed
 from ..frames import Frame
 from ..header import Header
@@ -68,7 +69,7 @@ def read_elements(file: Path) -> tuple[dict[str, Columns], list[str]]:
     """
     elements, comments = parse_ply(file.read_bytes())
     if "vertex" not in elements:
-        raise ValueError("has no vertices")
+        raise InputError("has no vertices")
     return elements, comments
 
 
@@ -95,14 +96,14 @@ def _attribute(vertices: Columns, row: Attribute) -> NDArray[Any]:
 def _floats(vertices: Columns, name: str) -> NDArray[np.floating[Any]]:
     column = vertices.get(name)
     if not isinstance(column, np.ndarray) or column.dtype.kind != "f":
-        raise ValueError(f"its vertices need a property '{name}', float or double")
+        raise InputError(f"its vertices need a property '{name}', float or double")
     return column
 
 
 def _integers(vertices: Columns, name: str, dtype: np.dtype[Any]) -> Integers:
     column = vertices[name]
     if not isinstance(column, np.ndarray) or not np.can_cast(column.dtype, dtype):
-        raise ValueError(f"its property '{name}' must be integers that fit in {dtype}")
+        raise InputError(f"its property '{name}' must be integers that fit in {dtype}")
     return column.astype(dtype)
 
 
@@ -110,10 +111,10 @@ def _polygons(faces: Columns) -> Polygons:
     lists = [faces[name] for name in corner_lists if name in faces]
     if not lists:
         if faces:
-            raise ValueError(f"its faces need a list '{corner_lists[0]}'")
+            raise InputError(f"its faces need a list '{corner_lists[0]}'")
         return Polygons(np.empty(0, np.int64), np.empty(0, np.int64))
     if not isinstance(lists[0], tuple) or lists[0][1].dtype.kind == "f":
-        raise ValueError("the corners of its faces must be a list of integers")
+        raise InputError("the corners of its faces must be a list of integers")
     sizes, corners = lists[0]
     return Polygons(sizes, corners.astype(np.int64))
 

@@ -8,20 +8,21 @@ from abc import abstractmethod
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
-from tokenize import TokenError
 from typing import IO, Any
 
 import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
 
-from .._errors import InputError
+from .._errors import InputError, of_library
 from ..frames import FileFrames, Frame, Indices
 from ..header import Header
 from .named import kinds_per_frame, rows_of
 
 longest_header = 10_000
 """In bytes; NumPy refuses to read a longer header."""
+
+_TRIED = "is not an array or a mask of NumPy, or its header is damaged"
 
 
 def read_header(file: IO[bytes]) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
@@ -30,17 +31,15 @@ def read_header(file: IO[bytes]) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
     Raises:
         ValueError: the file holds no array, or an array of Python objects.
     """
-    version = npy.read_magic(file)
+    with of_library(_TRIED):
+        version = npy.read_magic(file)
     length = int.from_bytes(file.read(4 if version > (1, 0) else 2), "little")
     if length > longest_header:  # NumPy allocates memory before it checks
         raise InputError(f"is damaged: its header would have {length} bytes")
     file.seek(npy.MAGIC_LEN)
     read = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
-    try:
-        with warnings.catch_warnings(action="ignore", category=UserWarning):  # written by Python 2
-            shape, by_columns, dtype = read(file)
-    except (TokenError, SyntaxError, TypeError) as error:
-        raise InputError(f"is damaged: its header cannot be read: {error}") from error
+    with warnings.catch_warnings(action="ignore", category=UserWarning), of_library(_TRIED):
+        shape, by_columns, dtype = read(file)  # the warning is of Python 2
     if dtype.hasobject:
         raise InputError("holds Python objects, not numbers")
     return shape, by_columns, dtype

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TypeAlias
 
 from .._checks import path_of
-from .._errors import KindError, naming
+from .._errors import InputError, KindError, naming
 from .._extras import require
 from .._report import listed
 from ..frames import Frames
@@ -77,7 +77,7 @@ def existing_file(path: Path, format: Format) -> Path:
         return path
     result = [*FrameNames.of(path).existing().values()] or sorted(matching(path))
     if len(result) > 1:
-        raise ValueError(
+        raise InputError(
             f"stands for {len(result)} files, from {result[0].name} on, which are no sequence, as "
             f"each {format.name} file is one of its own; name one"
         )
@@ -93,7 +93,7 @@ def _choose(path: Path, name: str | None, otherwise: str, *, written: bool = Fal
     refused = "cannot write format" if written else "unknown format"
     if name is not None:
         if name not in possible:
-            raise ValueError(f"{refused} '{name}'; the formats are {listed(possible)}")
+            raise InputError(f"{refused} '{name}'; the formats are {listed(possible)}")
         return possible[name]
     if path.is_dir():
         numbered = {
@@ -103,15 +103,15 @@ def _choose(path: Path, name: str | None, otherwise: str, *, written: bool = Fal
         if len(results) == 1:
             return numbered[results[0]]
         what = " and ".join(results) or f"no {' or '.join(numbered)}"
-        raise ValueError(f"is a folder with {what} files; {otherwise}")
+        raise InputError(f"is a folder with {what} files; {otherwise}")
     if not path.suffix:
-        raise ValueError(f"has no suffix, which would determine the format; {otherwise}")
+        raise InputError(f"has no suffix, which would determine the format; {otherwise}")
     suffix = path.suffix.lower()
     for format in possible.values():
         if suffix in format.suffixes:
             return format
     suffixes = listed(suffix for format in possible.values() for suffix in format.suffixes)
-    raise ValueError(f"{refused} '{path.suffix}'; the suffixes are {suffixes}")
+    raise InputError(f"{refused} '{path.suffix}'; the suffixes are {suffixes}")
 
 
 def check_format(path: PathLike, name: str | None) -> None:

@@ -4,6 +4,7 @@ import re
 from pathlib import Path
 
 from .._core import parse_number
+from .._errors import InputError
 
 _comment = re.compile(r"(?:^|(?<=\s))#.*")
 
@@ -17,7 +18,7 @@ def lines_in(file: Path) -> list[str]:
     """
     content = file.read_bytes()
     if content.startswith((b"\xff\xfe", b"\xfe\xff")):
-        raise ValueError("line 1: is text in UTF-16; save it in UTF-8")
+        raise InputError("line 1: is text in UTF-16; save it in UTF-8")
     text = content.removeprefix(b"\xef\xbb\xbf").decode("latin-1")
     return re.split("\r\n|\r|\n", text)
 
@@ -35,5 +36,5 @@ def number_of(word: str, line: int) -> float:
     """
     number = parse_number(word)
     if number is None:
-        raise ValueError(f"line {line}: {word[:40]!r} is not a number")
+        raise InputError(f"line {line}: {word[:40]!r} is not a number")
     return number

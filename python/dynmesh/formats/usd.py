@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._errors import naming
+from .._errors import InputError, naming
 from .._report import listed, some_of
 from ..frames import Frame
 from ..header import Header
@@ -96,7 +96,7 @@ class _Stage:
             self._stage.SetTimeCodesPerSecond(header.fps)
             self._stage.SetFramesPerSecond(header.fps)
         if header.up_axis == "x":
-            raise ValueError("USD has y or z up, not x; a conversion can turn the points")
+            raise InputError("USD has y or z up, not x; a conversion can turn the points")
         if header.up_axis is not None:
             geometry.SetStageUpAxis(self._stage, header.up_axis.upper())
         if header.metres_per_unit is not None:

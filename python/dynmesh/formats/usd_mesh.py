@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .._errors import InputError
 from ..attributes import ATTRIBUTES, with_all_needed
 from ..polygons import Polygons, reversal, turned
 from .format import check_same_faces
@@ -27,7 +28,7 @@ def faces_of(mesh: Any) -> Polygons:
     def faces_at(time: float) -> Polygons:
         values = [attribute.Get(time) for attribute in attributes]
         if any(value is None for value in values):
-            raise ValueError("the mesh has no faces")
+            raise InputError("the mesh has no faces")
         return Polygons(*(np.array(value, np.int32) for value in values))
 
     times = {time for attribute in attributes for time in attribute.GetTimeSamples()}
@@ -53,7 +54,7 @@ def primvars_of(mesh: Any) -> dict[str, Any]:
         kind = getattr(sdf.ValueTypeNames, primvars[name])
         interpolation = primvar.GetInterpolation()
         if (primvar.GetTypeName(), interpolation) != (kind, "vertex") or primvar.IsIndexed():
-            raise ValueError(
+            raise InputError(
                 f"primvars:{name}: must be {kind} with vertex interpolation and without indices, "
                 f"not {primvar.GetTypeName()} with {interpolation} interpolation"
             )

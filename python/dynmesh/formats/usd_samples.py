@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .._errors import InputError
 from .format import OTHER_MESHES
 from .times import Timing, frame_number, spacing
 
@@ -46,11 +47,11 @@ def value_at(attribute: Any, time: float, shape: tuple[int, ...]) -> NDArray[Any
     times = attribute.GetBracketingTimeSamples(time) or (time,)
     nearest = min(times, key=lambda sample: abs(sample - time))
     if not math.isclose(nearest, time, abs_tol=1e-9) and not _held(attribute, *times):
-        raise ValueError(f"time {time:g}: {attribute.GetName()} has no sample")
+        raise InputError(f"time {time:g}: {attribute.GetName()} has no sample")
     value = attribute.Get(nearest)
     array = np.array([] if value is None else value)
     if array.shape != shape:
-        raise ValueError(
+        raise InputError(
             f"time {time:g}: {attribute.GetName()} has {len(array)} values, "
             f"but the mesh has {shape[0]} vertices in its first frame; {OTHER_MESHES}"
         )

@@ -101,7 +101,7 @@ class UsdScene:
             mesh = self._meshes[choose_mesh(self.moves, prim)]
             errors = [error for error in errors if mesh.GetPath().HasPrefix(error.rootSite.path)]
         if errors:
-            raise ValueError(f"is incomplete: {' '.join(str(errors[0]).split())}")
+            raise InputError(f"is incomplete: {' '.join(str(errors[0]).split())}")
         return mesh
 
     def held_beside(self, mesh: Any) -> set[str]:
@@ -151,7 +151,7 @@ class UsdFrames(FileFrames):
         self._times = frame_times(self._points)
         first = self._points.Get(self._times[0])
         if first is None:
-            raise ValueError("the mesh has no points")
+            raise InputError("the mesh has no points")
         faces, polygons = split_polygons(faces_of(self.mesh))
         up_axis, metres_per_unit = (
             stage.GetMetadata(name) if stage.HasAuthoredMetadata(name) else None

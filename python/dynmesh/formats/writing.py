@@ -216,7 +216,7 @@ def _rounded(points: Positions) -> NDArray[np.float32]:
     beyond = (np.isinf(single) & np.isfinite(points)).any(axis=1)
     if beyond.any():
         vertex = int(beyond.argmax())
-        raise ValueError(
+        raise InputError(
             f"vertex {vertex} at {points[vertex].tolist()} "
             "is out of the range of float32, in which this format stores positions"
         )

@@ -19,7 +19,7 @@ from .._checks import (
     check_not_negative,
     check_positive,
 )
-from .._errors import InputError, naming
+from .._errors import DynmeshError, InputError, naming
 from ..formats.names import Number
 from ..formats.units import UNITS, metres_of
 from .matrices import check_intrinsics, matrix_of, pose_of
@@ -142,7 +142,7 @@ def json_in(path: Path) -> Any:
     try:
         return json.loads(path.read_text(encoding="utf-8-sig"))
     except (ValueError, RecursionError) as error:
-        raise ValueError(f"is not JSON: {error}") from error
+        raise InputError(f"is not JSON: {error}") from error
 
 
 def write_cameras(path: Path, rig: Rig) -> None:
@@ -176,15 +176,15 @@ def _matrices(camera: ScanCamera) -> dict[str, Floats]:
 def _rig_of(described: Any, file: Path) -> Rig:
     _check_fields(described, ("cameras",), ("unit",))
     if not isinstance(described["cameras"], list) or not described["cameras"]:
-        raise ValueError(f"cameras: must be a list of them, not {described['cameras']!r:.60}")
+        raise InputError(f"cameras: must be a list of them, not {described['cameras']!r:.60}")
     cameras: dict[str, ScanCamera] = {}
     for number, entry in enumerate(described["cameras"]):
         try:
             camera = _camera_of(entry, file.parent)
             if camera.name in cameras:
-                raise ValueError(f"name: there is a second {camera.name!r}")
-        except (TypeError, ValueError) as error:
-            raise ValueError(f"camera {number}: {error}") from error
+                raise InputError(f"name: there is a second {camera.name!r}")
+        except DynmeshError as error:
+            raise InputError(f"camera {number}: {error}") from error
         cameras[camera.name] = camera
     unit = described.get("unit")
     return Rig(tuple(cameras.values()), None if unit is None else metres_of(unit), file)
@@ -194,35 +194,35 @@ def _camera_of(described: Any, folder: Path) -> ScanCamera:
     _check_fields(described, ("name",), _OPTIONAL)
     name = described["name"]
     if not isinstance(name, str) or not _BY_NAME.fullmatch(name):
-        raise ValueError(f"name: must be letters, digits, '.' or '-', not {name!r:.60}")
+        raise InputError(f"name: must be letters, digits, '.' or '-', not {name!r:.60}")
     size = None
     if "width" in described or "height" in described:
         for field in ("width", "height"):
             check_integer(field, described.get(field), 1)
         size = described["width"], described["height"]
     if ("poses" in described) == ("camera_to_world" in described):
-        raise ValueError("camera_to_world: is needed or, if the camera moves, poses")
+        raise InputError("camera_to_world: is needed or, if the camera moves, poses")
     camera = _moving(name, described, folder) if "poses" in described else _fixed(name, described)
     camera = replace(camera, size=size)
     if camera.intrinsics is None:
         for field in _OF_IMAGES:
             if field in described:
-                raise ValueError(f"intrinsics: is missing, but there is a {field}")
+                raise InputError(f"intrinsics: is missing, but there is a {field}")
         return camera
     if "depth_scale" not in described:
-        raise ValueError("depth_scale: is missing; it is the depth of one count of the images")
+        raise InputError("depth_scale: is missing; it is the depth of one count of the images")
     check_positive("depth_scale", described["depth_scale"])
     scale = float(described["depth_scale"])
     distortion = _distortion(described["distortion"]) if "distortion" in described else ()
     if distortion and size is None:
-        raise ValueError("width: is missing; a distortion needs width and height")
+        raise InputError("width: is missing; a distortion needs width and height")
     if distortion and camera.intrinsics[..., 0, 1].any():
-        raise ValueError("intrinsics: with a distortion, the skew must be 0, as in OpenCV")
+        raise InputError("intrinsics: with a distortion, the skew must be 0, as in OpenCV")
     if distortion and (camera.intrinsics != camera.intrinsics.reshape(-1, 3, 3)[0]).any():
-        raise ValueError("intrinsics: with a distortion, all poses must have the same")
+        raise InputError("intrinsics: with a distortion, all poses must have the same")
     flipped, along_ray = described.get("flipped", ""), described.get("along_ray", False)
     if flipped not in ("", "x", "y", "xy"):
-        raise ValueError(f"flipped: must be 'x', 'y' or 'xy', not {flipped!r:.60}")
+        raise InputError(f"flipped: must be 'x', 'y' or 'xy', not {flipped!r:.60}")
     check_flags(along_ray=along_ray)
     return replace(
         camera, depth_scale=scale, distortion=distortion, flipped=flipped, along_ray=along_ray
@@ -246,7 +246,7 @@ def _moving(name: str, described: Any, folder: Path) -> ScanCamera:
         with naming(folder / entries):
             entries = poses_in(folder / entries)
     if not isinstance(entries, list) or not entries:
-        raise ValueError(f"poses: must be a list of them, or a file, not {entries!r:.60}")
+        raise InputError(f"poses: must be a list of them, or a file, not {entries!r:.60}")
     by_frame = dict[Number, ScanCamera]()
     of_all = {field: described[field] for field in ("intrinsics",) if field in described}
     for entry in entries:
@@ -254,16 +254,16 @@ def _moving(name: str, described: Any, folder: Path) -> ScanCamera:
         frame = entry["frame"]
         check_finite("poses: frame", frame)
         if frame in by_frame:
-            raise ValueError(f"poses: there are two of frame {frame}")
+            raise InputError(f"poses: there are two of frame {frame}")
         try:
             by_frame[frame] = _fixed(name, {**of_all, **entry})
-        except (TypeError, ValueError) as error:
-            raise ValueError(f"poses: frame {frame}: {error}") from error
+        except DynmeshError as error:
+            raise InputError(f"poses: frame {frame}: {error}") from error
     frames = sorted(by_frame)
     poses = np.stack([by_frame[frame].camera_to_world for frame in frames])
     matrices = [m for frame in frames if (m := by_frame[frame].intrinsics) is not None]
     if len(matrices) not in (0, len(frames)):
-        raise ValueError("intrinsics: must be those of all poses, not of some")
+        raise InputError("intrinsics: must be those of all poses, not of some")
     within = described.get("within", _WITHIN if is_file else 0.0)
     check_not_negative("within", within)
     intrinsics = np.stack(matrices) if matrices else None
@@ -273,7 +273,7 @@ def _moving(name: str, described: Any, folder: Path) -> ScanCamera:
 def _distortion(listed: Any) -> tuple[float, ...]:
     if not isinstance(listed, list) or len(listed) not in _COEFFICIENTS:
         counts = ", ".join(map(str, _COEFFICIENTS))
-        raise ValueError(
+        raise InputError(
             f"distortion: must be as many numbers as OpenCV has, one of {counts}: k1 k2 p1 p2 k3 "
             f"..., not {listed!r:.60}"
         )
@@ -285,11 +285,11 @@ def _distortion(listed: Any) -> tuple[float, ...]:
 def _check_fields(described: Any, needed: tuple[str, ...], optional: tuple[str, ...]) -> None:
     """Refuses what is no object with these fields."""
     if not isinstance(described, dict):
-        raise ValueError(f"must be an object with {' and '.join(needed)}, not {described!r:.60}")
+        raise InputError(f"must be an object with {' and '.join(needed)}, not {described!r:.60}")
     fields = (*needed, *optional)
     for name in described:
         if name not in fields:
-            raise ValueError(f"unknown field {name!r:.60}; the fields are {', '.join(fields)}")
+            raise InputError(f"unknown field {name!r:.60}; the fields are {', '.join(fields)}")
     for name in needed:
         if name not in described:
-            raise ValueError(f"{name}: is missing")
+            raise InputError(f"{name}: is missing")

@@ -67,7 +67,7 @@ def size_of(files: Iterable[Path], camera: ScanCamera) -> tuple[int, int] | None
         try:
             with file.open("rb") as opened:
                 image = _image(opened)
-        except (OSError, ValueError):
+        except (OSError, InputError):
             continue
         try:
             with naming(file):

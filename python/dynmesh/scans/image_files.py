@@ -40,7 +40,7 @@ def images_by_camera(path: Path, rig: Rig) -> dict[str, dict[Number, Path]]:
         message = " and of ".join(
             f"{name!r} ({f.name})" for name, f in sorted(not_described.items())
         )
-        raise ValueError(
+        raise InputError(
             f"holds images of camera {message}, which the cameras file does not describe; describe "
             "it there, or move its images elsewhere"
         )

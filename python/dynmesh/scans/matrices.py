@@ -7,6 +7,7 @@ import numpy as np
 
 from .._arrays import Floats
 from .._checks import check_finite
+from .._errors import InputError
 
 _ROUNDED = 1e-3
 """By how much a rotation may deviate from an exact one, as it was written with a few digits."""
@@ -20,7 +21,7 @@ def matrix_of(name: str, value: Any, size: int) -> Floats:
     """
     rows = value if isinstance(value, list) else []
     if len(rows) != size or any(not isinstance(row, list) or len(row) != size for row in rows):
-        raise ValueError(
+        raise InputError(
             f"{name}: must be {size} rows of {size} numbers, not {reprlib.repr(value)}"
         )
     for number, row in enumerate(rows):
@@ -29,7 +30,7 @@ def matrix_of(name: str, value: Any, size: int) -> Floats:
     result = np.array(rows, np.float64)
     last = np.eye(size)[-1]
     if (result[-1] != last).any() and (result[:, -1] == last).all():
-        raise ValueError(
+        raise InputError(
             f"{name}: its last row must be {_row(last)}, not {_row(result[-1])}; its last column "
             "is, so it is listed column by column: list it row by row"
         )
@@ -44,18 +45,18 @@ def pose_of(name: str, value: Any) -> Floats:
     """
     pose = matrix_of(name, value, 4)
     if pose[3].tolist() != [0, 0, 0, 1]:
-        raise ValueError(f"{name}: its last row must be 0 0 0 1, not {_row(pose[3])}")
+        raise InputError(f"{name}: its last row must be 0 0 0 1, not {_row(pose[3])}")
     turn = pose[:3, :3]
     with np.errstate(over="ignore", invalid="ignore"):
         error = np.abs(turn.T @ turn - np.eye(3)).max()
         determinant = np.linalg.det(turn)
     if not error <= _ROUNDED:
-        raise ValueError(
+        raise InputError(
             f"{name}: its columns must be unit vectors at right angles, but they deviate "
             f"by {error:.3g}"
         )
     if determinant < 0:
-        raise ValueError(
+        raise InputError(
             f"{name}: mirrors (determinant {determinant:.3g}); the axes are x right, "
             "y down, z ahead"
         )
@@ -67,7 +68,7 @@ def check_intrinsics(matrix: Floats) -> None:
     is_upper = matrix[2].tolist() == [0, 0, 1] and matrix[1, 0] == 0
     if not is_upper or min(matrix[0, 0], matrix[1, 1]) <= 0:
         rows = "; ".join(map(_row, matrix))
-        raise ValueError(
+        raise InputError(
             f"intrinsics: must be fx s cx; 0 fy cy; 0 0 1 with positive fx and fy, not {rows}"
         )
 

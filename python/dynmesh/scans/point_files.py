@@ -13,7 +13,7 @@ import numpy as np
 
 from .._arrays import Positions
 from .._checks import refuse_mask
-from .._errors import naming
+from .._errors import InputError, naming
 from ..formats.comments import Metadata, metadata_in
 from ..formats.ply import coordinates, ply_header, read_elements
 from ..formats.text import lines_in, number_of, words_in
@@ -41,7 +41,7 @@ def read_points(file: Path) -> PointFile:
         read = point_formats.get(file.suffix.lower())
         if read is None:
             known = ", ".join(point_formats)
-            raise ValueError(f"unknown format {file.suffix!r}; those of points are {known}")
+            raise InputError(f"unknown format {file.suffix!r}; those of points are {known}")
         return read(file)
 
 
@@ -85,11 +85,11 @@ def _read_xyz(file: Path) -> PointFile:
         if not words:
             continue
         if len(words) not in (3, 6):
-            raise ValueError(
+            raise InputError(
                 f"line {number}: must be x y z, or x y z nx ny nz, but has {len(words)} words"
             )
         if rows and len(words) != len(rows[0]):
-            raise ValueError(
+            raise InputError(
                 f"line {number}: has {len(words)} numbers, but line {lines[0]} has {len(rows[0])}"
             )
         rows.append([number_of(word, number) for word in words])
@@ -104,7 +104,7 @@ def _read_xyz(file: Path) -> PointFile:
     ):
         row = int(normals.max(axis=1).argmax())
         message = f"{_told(normals[row])} is a colour, not a normal; leave colours out"
-        raise ValueError(f"line {lines[row]}: {message}")
+        raise InputError(f"line {lines[row]}: {message}")
     scan = _checked(table[:, :3], normals, lambda row: f"line {lines[row]}")
     return PointFile(scan, metadata_in(comments))
 
@@ -119,14 +119,14 @@ point_formats: dict[str, Callable[[Path], PointFile]] = {
 def _checked(points: Positions, normals: Positions | None, name: Callable[[int], str]) -> PointScan:
     """Leaves out what was not measured, and refuses what cannot be used."""
     if normals is not None and len(normals) != len(points):
-        raise ValueError(f"has {len(points)} points, but {len(normals)} normals")
+        raise InputError(f"has {len(points)} points, but {len(normals)} normals")
     measured = ~np.isnan(points).all(axis=1)
     rows = np.flatnonzero(measured)
     points = np.ascontiguousarray(points[measured])
     finite = np.isfinite(points).all(axis=1)
     if not finite.all():
         row = int(finite.argmin())
-        raise ValueError(f"{name(int(rows[row]))}: is at {_told(points[row])}, which is not finite")
+        raise InputError(f"{name(int(rows[row]))}: is at {_told(points[row])}, which is not finite")
     if normals is not None:
         normals = np.ascontiguousarray(normals[measured])
         unknown = np.isnan(normals).any(axis=1)
@@ -134,7 +134,7 @@ def _checked(points: Positions, normals: Positions | None, name: Callable[[int],
         largest = np.abs(normals).max(axis=1, initial=0)
         if not np.isfinite(largest).all():
             row = int(np.isinf(largest).argmax())
-            raise ValueError(
+            raise InputError(
                 f"{name(int(rows[row]))}: its normal {_told(normals[row])} is infinite"
             )
         normals = normals / np.where(largest > 0, largest, 1)[:, None]  # the squares may overflow

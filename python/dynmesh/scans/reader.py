@@ -142,7 +142,7 @@ class DepthReader(ScanReader):
         for camera in rig.cameras:
             if camera.intrinsics is None:
                 stated = f'; state them in {CAMERAS}, with "poses": "{rig.file and rig.file.name}"'
-                raise ValueError(
+                raise InputError(
                     f"camera {camera.name!r} has no intrinsics, as depth images need"
                     f"{stated if camera.within else ''}"
                 )
@@ -150,14 +150,14 @@ class DepthReader(ScanReader):
         by_camera = images_by_camera(path, rig)
         numbers = sorted(set().union(*by_camera.values()))
         if not numbers:
-            raise ValueError(
+            raise InputError(
                 f"holds no depth image of a camera; their names would be {image_names(rig.cameras)}"
             )
         every = [*with_missing(numbers)]
         missing = [(n, c) for n in every for c in rig.cameras if n not in by_camera[c.name]]
         if missing and gaps == "refuse":
             number, camera = missing[0]
-            raise ValueError(
+            raise InputError(
                 f"there is no image of camera {camera.name!r} for frame {number}, which would be "
                 f"named {image_names([camera])}; with `gaps` lost, it is not needed"
             )
@@ -268,14 +268,14 @@ def _suffix_in(path: Path, rig: Rig | None) -> str:
         if not path.suffix and not path.exists():
             raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(path))
         if path.suffix.lower() not in suffixes:
-            raise ValueError(f"unknown format {path.suffix!r}; scans are {', '.join(suffixes)}")
+            raise InputError(f"unknown format {path.suffix!r}; scans are {', '.join(suffixes)}")
         return path.suffix.lower()
     results = [suffix for suffix in suffixes if files_in(path, suffix)]
     if not results and rig is not None and images_in(path, rig):
         return SUFFIX
     if len(results) > 1:
         message = f"is a folder with {' and '.join(results)} files; name one kind by a pattern"
-        raise ValueError(message)
+        raise InputError(message)
     if not results:
-        raise ValueError(f"is a folder without scans, which are {', '.join(suffixes)}")
+        raise InputError(f"is a folder without scans, which are {', '.join(suffixes)}")
     return results[0]

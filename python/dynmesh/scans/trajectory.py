@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from .._errors import InputError
 from ..formats.text import lines_in, number_of, words_in
 
 _ROUNDED = 1e-3
@@ -28,14 +29,14 @@ def poses_in(file: Path) -> list[dict[str, Any]]:
         if not words:
             continue
         if len(words) != 8:
-            raise ValueError(
+            raise InputError(
                 f"line {number}: must be a pose, time tx ty tz qx qy qz qw, but has {len(words)} "
                 "words"
             )
         time, *position, x, y, z, w = (number_of(word, number) for word in words)
         length = float(np.linalg.norm([x, y, z, w]))
         if not abs(length - 1) <= _ROUNDED:
-            raise ValueError(f"line {number}: its quaternion must have length 1, not {length:g}")
+            raise InputError(f"line {number}: its quaternion must have length 1, not {length:g}")
         cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]]) / length
         pose = np.eye(4)
         pose[:3, :3] += 2 * (w / length * cross + cross @ cross)

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from .._checks import check_finite, check_positive
-from .._errors import InputError
+from .._errors import DynmeshError, InputError
 from ..formats.names import by_number, numbers_in
 from .matrices import pose_of
 
@@ -37,14 +37,14 @@ def as_cameras(transforms: dict[str, Any], folder: Path) -> dict[str, Any]:
     """
     frames = transforms["frames"]
     if not isinstance(frames, list) or not frames:
-        raise ValueError(f"frames: must be a list of them, not {frames!r:.60}")
+        raise InputError(f"frames: must be a list of them, not {frames!r:.60}")
     by_folder = dict[str, dict[Path, dict[str, Any]]]()
     for number, frame in enumerate(frames):
         if not isinstance(frame, dict):
-            raise ValueError(f"frames: {number} must be an object, not {frame!r:.60}")
+            raise InputError(f"frames: {number} must be an object, not {frame!r:.60}")
         name = frame.get("depth_file_path", frame.get("file_path"))
         if not isinstance(name, str):
-            raise ValueError(f"frames: {number}: file_path: must be a name, not {name!r:.60}")
+            raise InputError(f"frames: {number}: file_path: must be a name, not {name!r:.60}")
         file = folder / name.replace("\\", "/")
         by_folder.setdefault(file.parent.name, {})[file] = frame
     return {"cameras": [_camera(name, images, transforms) for name, images in by_folder.items()]}
@@ -74,8 +74,8 @@ def _camera(
                     described |= _images(files[0], stated)
                 size = described["width"], described["height"]
                 poses[-1]["intrinsics"] = _intrinsics(stated, *size)
-        except (TypeError, ValueError) as error:
-            raise ValueError(f"frames: {file.name}: {error}") from error
+        except DynmeshError as error:
+            raise InputError(f"frames: {file.name}: {error}") from error
     return described
 
 
@@ -85,14 +85,14 @@ def _joined(transforms: dict[str, Any], frame: dict[str, Any]) -> dict[str, Any]
     for field in _MATRIX:
         if transforms.get(field, stated.get(field)) != stated.get(field):
             message = f"is {frame[field]!r:.40}, but {transforms[field]!r:.40} for all images"
-            raise ValueError(f"{field}: {message}; remove one of them")
+            raise InputError(f"{field}: {message}; remove one of them")
     for field in _LENS:
         if stated.get(field):
             message = f"is {stated[field]!r:.40}, but must be 0: undistort the images"
-            raise ValueError(f"{field}: {message}")
+            raise InputError(f"{field}: {message}")
     if stated.get("camera_model", _MODELS[0]) not in _MODELS:
         message = f"must be one of {', '.join(_MODELS)}, not {stated['camera_model']!r:.60}"
-        raise ValueError(f"camera_model: {message}")
+        raise InputError(f"camera_model: {message}")
     return stated
 
 
@@ -128,5 +128,5 @@ def _images(first: Path, stated: dict[str, Any]) -> dict[str, Any]:
 
 def _needed(field: str, stated: dict[str, Any]) -> Any:
     if field not in stated:
-        raise ValueError(f"{field}: is missing")
+        raise InputError(f"{field}: is missing")
     return stated[field]

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from .._arrays import Positions
 from .._checks import check_integer, check_vector
-from .._errors import naming
+from .._errors import DynmeshError, InputError, naming
 from ..registration import Landmarks
 from ..scans.cameras import json_in
 
@@ -31,12 +31,12 @@ def read_landmarks(path: Path) -> Landmarks:
     with naming(path):
         given = json_in(path)
         if not isinstance(given, list) or not given:
-            raise ValueError("must be a list of landmarks, with at least one")
+            raise InputError("must be a list of landmarks, with at least one")
         for number, one in enumerate(given):
             try:
                 _check(one)
-            except (TypeError, ValueError) as error:
-                raise ValueError(f"landmark {number}: {error}") from error
+            except DynmeshError as error:
+                raise InputError(f"landmark {number}: {error}") from error
     return (
         np.array([one["vertex"] for one in given]),
         np.array([one["position"] for one in given], np.float64),
@@ -45,7 +45,7 @@ def read_landmarks(path: Path) -> Landmarks:
 
 def _check(given: Any) -> None:
     if not isinstance(given, dict) or given.keys() != {"vertex", "position"}:
-        raise ValueError(f"must have a vertex and a position and nothing else, not {given!r}")
+        raise InputError(f"must have a vertex and a position and nothing else, not {given!r}")
     check_integer("vertex", given["vertex"], 0, 2**31 - 1)
     check_vector("position", given["position"])
 

@@ -58,7 +58,7 @@ def push_scan(tracker: Tracker, scan: Scan | None) -> Positions:
         return tracker.skip()
     try:
         return tracker.push(scan)
-    except ValueError as error:
+    except InputError as error:
         if message := inside_out(scan):
             raise InputError(f"{message}: {error}") from error
         raise
@@ -163,7 +163,7 @@ def _tracked_from(
     try:
         push_scan(tracker, scan)
     except InputError:
-        raise
-    except ValueError:
+        if inside_out(scan):
+            raise
         return None
     return tracker.report

@@ -158,7 +158,7 @@ def registered(
                         scale=scale,
                         threads=threads,
                     )
-            except ValueError as error:
+            except InputError as error:
                 about = marked[0] if str(error).startswith("landmarks: ") else None
                 message = str(error)
                 if "same unit" in message:

@@ -26,6 +26,7 @@ from meshes import sheet
 from sequences import assert_named
 
 import dynmesh
+from dynmesh._errors import DynmeshError
 
 
 def result_of(path: Path) -> dynmesh.Sequence | str:
@@ -35,7 +36,7 @@ def result_of(path: Path) -> dynmesh.Sequence | str:
         sequence = dynmesh.read(path)
         assert sequence.faces.max(initial=0) < sequence.vertices.shape[1]
         return sequence
-    except (ValueError, OSError) as error:
+    except (DynmeshError, OSError) as error:
         assert_named(error, path)
         return str(error)
     finally:

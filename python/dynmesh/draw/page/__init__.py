@@ -125,8 +125,9 @@ def page(
     factor = 1.0
     if scans is not None:
         if scans.n_frames != reader.n_frames:
-            raise ValueError(
-                f"{scans.path} has {scans.n_frames} frames, but {reader.path} has {reader.n_frames}"
+            raise InputError(
+                f"has {scans.n_frames} frames, but {reader.path} has {reader.n_frames}",
+                file=scans.path,
             )
         factor = scan_factor(scans, scan_unit, reader)
     heatmap = Heatmap(reader, reference, input, scans, factor, wanted=colour)
@@ -138,7 +139,7 @@ def page(
     read = tracked(heatmap.frames(indices), len(indices), "reading", progress)
     frames = [frame.of(kept) for frame in read]
     if not any(frame.visible.any() for frame in frames):
-        raise ValueError(f"{reader.path}: no vertex is known in these frames")
+        raise InputError("no vertex is known in these frames", file=reader.path)
     size = (len(kept), reader.n_vertices, len(faces), len(reader.faces))
     shown = Shown(len(frames), reader.n_frames, indices.step, *size)
     captions = {"sequence": reader.path.name}

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..._arrays import Positions
+from ..._errors import InputError
 from ..._extras import require
 
 
@@ -28,7 +29,7 @@ def thin(
         return np.arange(len(points)), np.asarray(faces, np.intp)
     if not np.isfinite(points).all():
         vertex = int(np.argmin(np.isfinite(points).all(axis=1)))
-        raise ValueError(
+        raise InputError(
             f"the first frame lacks vertex {vertex}, but is needed to simplify a large mesh"
         )
     pyvista = require("pyvista", extra="view")
