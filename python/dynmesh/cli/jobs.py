@@ -1,15 +1,12 @@
 """Completion, tracking and registration of many files by Dask, on one machine or on many."""
 
-import csv
-import logging
-import os
 import time
+import traceback
 from collections import Counter
-from collections.abc import Generator, Iterator, Mapping, Sequence
-from contextlib import ExitStack, closing, contextmanager
-from dataclasses import dataclass
+from collections.abc import Generator, Sequence
+from contextlib import closing
+from dataclasses import dataclass, replace
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any, Literal, TypeAlias
 
 from .._checks import check_integer, path_of
@@ -17,36 +14,15 @@ from .._errors import InputError, in_one_line
 from .._extras import require
 from .._options import Method, Output
 from .._progress import tracked
-from .._report import Report, counted
+from .._report import Report, counted, listed
 from ..formats import PathLike
-from ..verbs.complete import complete
-from ..verbs.register import registered
-from ..verbs.track import track
-from .command import Command, arguments_of, bound
+from .cluster import Workers, workers_of
+from .failure import EXPECTED
+from .job_table import VERBS, Job, exists, in_order, read_jobs
 
-Status: TypeAlias = Literal["done", "doubtful", "exists", "failed"]
+Status: TypeAlias = Literal["done", "doubtful", "exists", "failed", "not run"]
 
-_VERBS = {"input": Command(complete), "scans": Command(track), "scan": Command(registered)}
-"""By the column that says what a row is for."""
-
-
-@dataclass(frozen=True)
-class Job:
-    """A row of a table: a command line.
-
-    Attributes:
-        kind: the column that says what it is for: "input", "scans" or "scan".
-        input: the incomplete sequence, or the scans.
-        output: what is written.
-        arguments: those of the function.
-        options: its keywords.
-    """
-
-    kind: str
-    input: Path
-    output: Path
-    arguments: tuple[Any, ...]
-    options: Mapping[str, Any]
+_WRONG: tuple[Status, ...] = ("failed", "not run", "doubtful")
 
 
 @dataclass(frozen=True)
@@ -57,11 +33,13 @@ class Result:
         input: the incomplete sequence, or the scans.
         output: what was to be written.
         status: "done", "doubtful" if the output was written, now or earlier, but is probably wrong,
-            "exists" if there was another one already, so that nothing was done, or "failed".
-        reason: why it is doubtful or failed, or which file exists, in one line.
+            "exists" if there was another one already, so that nothing was done, "failed", or "not
+            run", as a job whose output is needed failed.
+        reason: why it is doubtful, failed or was not run, in one line.
         frames: number of frames that were written.
         seconds: the time that the job took.
         remarks: remarks about the output for the user, one line each.
+        traceback: where a fault of dynmesh itself arose; else empty.
     """
 
     input: Path
@@ -71,11 +49,12 @@ class Result:
     frames: int = 0
     seconds: float = 0.0
     remarks: tuple[str, ...] = ()
+    traceback: str = ""
 
     @property
     def wrong(self) -> list[str]:
-        """The output and why it is doubtful or failed; nothing of another one."""
-        return [f"{self.output}: {self.reason}"] if self.status in ("failed", "doubtful") else []
+        """The output and why it is doubtful, failed or was not run; nothing of another one."""
+        return [f"{self.output}: {self.reason}"] if self.status in _WRONG else []
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -83,7 +62,7 @@ class BatchReport(Report):
     """What :func:`batch` has done.
 
     Attributes:
-        quality: "failed" if a job failed, else "doubtful" if a result is.
+        quality: "failed" if a job failed or was not run, else "doubtful" if a result is.
         output: the table of the jobs.
         results: of the jobs, in their order.
     """
@@ -95,14 +74,16 @@ class BatchReport(Report):
         """Says what failed, what else to know of each output, and how many jobs were done."""
         messages = []
         for result in self.results:
+            messages += result.traceback.splitlines()
             messages += [f"{result.status}: {why}" for why in result.wrong]
             messages += [f"{result.output}: {remark}" for remark in result.remarks]
         counts = Counter(result.status for result in self.results)
         doubtful = f"{counts['doubtful']} doubtful, " if counts["doubtful"] else ""
+        not_run = f"{counts['not run']} not run, " if counts["not run"] else ""
         return [
             *messages,
             f"{counts['done']} done, {doubtful}{counts['exists']} already there, "
-            f"{counts['failed']} failed of {len(self.results)} jobs",
+            f"{not_run}{counts['failed']} failed of {len(self.results)} jobs",
         ]
 
 
@@ -123,6 +104,9 @@ def batch(
     running the command again does what is left. Why an output is doubtful is kept in a file beside
     it, `OUTPUT.doubtful.txt`, and told again until that is removed or the output is made anew.
 
+    A job that reads the output of another runs after it, or not at all if that fails. Spaces around
+    values, empty lines and lines that begin with # do not count.
+
     Args:
         jobs: comma-separated values, with the names of the columns in the first line.
         workers: run so many jobs at a time; else, one per processor.
@@ -141,132 +125,106 @@ def batch(
         check_integer("workers", workers, 1)
         if scheduler is not None:
             raise InputError("are those of the cluster", argument="workers", value=workers)
-    require("distributed", extra="batch")
-    processors: int = require("dask.system", extra="batch").CPU_COUNT
+    if scheduler is not None:  # whose workers run in other folders
+        table = table.absolute()
     rows = read_jobs(table, overwrite=overwrite)
-    with (
-        _client(scheduler, workers or min(processors, len(rows))) as client,
-        closing(_run(client, rows)) as made,
-    ):
-        results = tuple(tracked(made, len(rows), "completing", progress))
+    made = {i: there for i, job in enumerate(rows) if (there := _already(job)) is not None}
+    left = [i for i in in_order(rows) if i not in made]
+    if left:
+        processors: int = require("dask.system", extra="batch").CPU_COUNT
+        with (
+            workers_of(scheduler, workers or min(processors, len(left))) as cluster,
+            closing(_run(cluster, rows, left)) as running,
+        ):
+            made.update(tracked(running, len(left), "completing", progress))
+    results = tuple(made[i] for i in range(len(rows)))
     number = Counter(result.status for result in results)
-    counts = [f"{number[status]} {status}" for status in ("failed", "doubtful") if number[status]]
+    counts = [f"{number[status]} {status}" for status in _WRONG if number[status]]
     why = "; ".join(message for result in results for message in result.wrong)
+    is_failed = number["failed"] or number["not run"]
     return BatchReport(
-        quality="failed" if number["failed"] else "doubtful" if number["doubtful"] else "good",
-        reason=f"{' and '.join(counts)} of {counted(len(results), 'job')}: {why}" if why else "",
+        quality="failed" if is_failed else "doubtful" if number["doubtful"] else "good",
+        reason=f"{listed(counts)} of {counted(len(results), 'job')}: {why}" if why else "",
         output=table,
         results=results,
     )
 
 
-def read_jobs(path: Path, *, overwrite: bool = False) -> list[Job]:
-    """Reads the jobs of a table.
+def _already(job: Job) -> Result | None:
+    """The result of a job whose output is not to be made anew."""
+    if job.options["overwrite"] or not exists(job.output):
+        return None
+    doubt = _doubt_of(job.output)
+    if doubt:
+        return Result(job.input, job.output, "doubtful", doubt)
+    return Result(job.input, job.output, "exists", f"{job.output}: exists already")
 
-    Raises:
-        OSError: it cannot be read.
-        ValueError: it is invalid; the error names the line and the column.
+
+def _run(
+    workers: Workers, jobs: Sequence[Job], left: Sequence[int]
+) -> Generator[tuple[int, Result], None, None]:
+    """Yields the results of the jobs with these indices, each after those that it needs.
+
+    A job whose worker dies goes to another one.
     """
-    try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            table = csv.DictReader(file, strict=True)
-            for needed in ([*_VERBS], ["output"]):
-                if not set(needed) & set(table.fieldnames or []):
-                    listed = " or ".join(map(repr, needed))
-                    message = f"has no column {listed}; columns are separated by commas"
-                    raise InputError(message, file=path)
-            jobs: list[Job] = []
-            lines: dict[str, int] = {}
-            for row in table:
-                jobs.append(_job(path, table.line_num, row, overwrite))
-                first = lines.setdefault(os.path.realpath(jobs[-1].output), table.line_num)
-                if first != table.line_num:
-                    message = f"{row['output']!r} is the output of line {first} already"
-                    raise _wrong(path, table.line_num, "output", message)
-            if not jobs:
-                raise InputError("has no jobs, only the names of the columns", file=path)
-            return jobs
-    except (csv.Error, UnicodeDecodeError) as error:
-        raise InputError(f"is not a table of comma-separated values: {error}", file=path) from error
-
-
-def _wrong(path: Path, line: int, column: str | None, reason: str) -> InputError:
-    place = f"line {line}" if column is None else f"line {line}: {column}"
-    return InputError(reason, argument=place, file=path)
-
-
-def _job(path: Path, line: int, row: Mapping[str, Any], overwrite: bool) -> Job:
-    from cyclopts import UnknownOptionError
-
-    if None in row or None in row.values():
-        raise _wrong(path, line, None, "has more or fewer values than there are columns")
-    given = {column: text for column, text in row.items() if text}
-    kinds = [kind for kind in _VERBS if kind in given]
-    if len(kinds) > 1:
-        raise _wrong(path, line, kinds[1], f"cannot be combined with {kinds[0]}")
-    kind = kinds[0] if kinds else "input"
-    verb = _VERBS[kind]
-    names = [*(["template"] if kind == "scan" else []), kind, "output"]
-    for name in names:
-        if name not in given:
-            raise _wrong(path, line, name, "is empty")
-    if "overwrite" in given:
-        raise _wrong(path, 1, "overwrite", "is an option of the whole batch")
-    words = [given.pop(name) for name in names]
-    columns = {f"--{column.replace('_', '-')}": column for column in given}
-    for option, column in columns.items():
-        words += [f"{option}={text.strip()}" for text in given[column].split(";")]
-    try:
-        arguments = bound(verb, words)
-    except InputError as error:
-        option = verb.option_of(error.argument or "") or ""
-        is_header = isinstance(error.__context__, UnknownOptionError)
-        place = columns.get(option, error.argument)
-        raise _wrong(path, 1 if is_header else line, place, error.reason) from error
-    arguments.arguments["overwrite"] = overwrite
-    here = path.parent / row[kind], path.parent / row["output"]
-    return Job(kind, *here, *arguments_of(arguments, path.parent))
-
-
-def _run(client: Any, jobs: Sequence[Job]) -> Generator[Result, None, None]:
-    """Yields the results in the order of the jobs; a job whose worker dies goes to another one."""
-    futures = client.map(run_job, jobs, pure=False)
-    for job, future in zip(jobs, futures, strict=True):
+    futures = dict[int, Any]()
+    for i in left:
+        needed = [futures[need] for need in jobs[i].needs if need in futures]
+        futures[i] = workers.client.submit(run_job, jobs[i], *needed, pure=False)
+    lost = dict[int, Result]()
+    for i in left:
+        job = jobs[i]
         try:
-            yield future.result()
+            result = workers.result(futures[i])
         except Exception as error:  # an error of the worker, not of the job
+            if isinstance(error, OSError) and not futures[i].done():
+                raise
             why = f"{job.input}: the worker was lost: {in_one_line(error)}"
-            yield Result(job.input, job.output, "failed", why)
+            failed = [lost[need] for need in job.needs if need in lost]
+            result = _not_run(job, failed) or Result(job.input, job.output, "failed", why)
+            lost[i] = result
+        yield i, result
 
 
-def run_job(job: Job) -> Result:
-    """Runs a job in this process; whatever goes wrong is in the result."""
+def _not_run(job: Job, needed: Sequence[Result]) -> Result | None:
+    """The result of a job that needs the outputs of others, of which one failed."""
+    for other in needed:
+        if other.status in ("failed", "not run"):
+            why = f"needs {other.output}, which could not be made"
+            return Result(job.input, job.output, "not run", why)
+    return None
+
+
+def run_job(job: Job, *needed: Result) -> Result:
+    """Runs a job in this process, after those that it needs; its errors are in the result."""
+    if (not_run := _not_run(job, needed)) is not None:
+        return not_run
     began = time.monotonic()
-
-    def result(status: Status, reason: str, **more: Any) -> Result:
-        seconds = time.monotonic() - began
-        return Result(job.input, job.output, status, reason, seconds=seconds, **more)
-
+    result = Result(job.input, job.output, "failed")
     try:
-        report = _VERBS[job.kind](*job.arguments, **job.options)
-    except Exception as error:  # no error may stop the other jobs
-        message = in_one_line(error)
-        is_page = str(job.options.get("page")) in message
-        if isinstance(error, FileExistsError) and not is_page:
-            doubt = _doubt_of(job.output)
-            return result("doubtful", doubt) if doubt else result("exists", message)
-        return result("failed", message if str(job.input) in message else f"{job.input}: {message}")
-    frames = getattr(report, "frames", 1)  # a registration has one
-    status: Status = "done" if report.quality == "good" else "doubtful"
-    note = _note_of(job.output)
-    try:
-        if status == "doubtful":
-            note.write_text(report.reason, encoding="utf-8")
-        else:
+        report = VERBS[job.kind](*job.arguments, **job.options)
+        result = replace(
+            result,
+            status="done" if report.quality == "good" else "doubtful",
+            reason=report.reason,
+            remarks=report.remarks,
+            frames=getattr(report, "frames", 1),  # a registration has one
+        )
+        note = _note_of(job.output)
+        if report.quality == "good":
             note.unlink(missing_ok=True)
-    except OSError as error:
-        return result("failed", in_one_line(error))
-    return result(status, report.reason, frames=frames, remarks=report.remarks)
+        else:
+            note.write_text(report.reason, encoding="utf-8")
+    except EXPECTED as error:  # no error may stop the other jobs
+        message = in_one_line(error)
+        if isinstance(error, FileExistsError) and (there := _already(job)) is not None:
+            return there  # of another process
+        reason = message if str(job.input) in message else f"{job.input}: {message}"
+        result = replace(result, status="failed", reason=reason)
+    except Exception as error:
+        reason = f"{job.input}: a fault of dynmesh: {type(error).__name__}: {in_one_line(error)}"
+        result = replace(result, reason=reason, traceback=traceback.format_exc())
+    return replace(result, seconds=time.monotonic() - began)
 
 
 def _note_of(output: Path) -> Path:
@@ -282,27 +240,3 @@ def _doubt_of(output: Path) -> str:
     if output.exists() and output.stat().st_mtime_ns > note.stat().st_mtime_ns:
         return ""
     return note.read_text(encoding="utf-8")
-
-
-@contextmanager
-def _client(scheduler: str | None, workers: int) -> Iterator[Any]:
-    """A client of a scheduler, or of a cluster on this machine, which ends with the block."""
-    dask, distributed = (require(name, extra="batch") for name in ("dask", "distributed"))
-    with ExitStack() as stack:
-        address: Any = scheduler
-        if scheduler is None:
-            scratch = stack.enter_context(TemporaryDirectory())
-            stack.enter_context(dask.config.set(temporary_directory=scratch))
-            cluster = distributed.LocalCluster(
-                n_workers=workers,
-                threads_per_worker=1,
-                memory_limit=0,  # or else Dask would kill a job that needs more than its share
-                dashboard_address="127.0.0.1:0",  # any port: two clusters may run at once
-                silence_logs=logging.ERROR,  # of workers that end in the middle of a job
-            )
-            address = stack.enter_context(cluster)
-        try:
-            client = distributed.Client(address)
-        except (OSError, ValueError) as error:
-            raise OSError(f"no Dask scheduler answers at {scheduler}") from error
-        yield stack.enter_context(client)

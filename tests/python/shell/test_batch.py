@@ -1,11 +1,13 @@
 """Tables of jobs, which run through Dask on this machine or wherever its scheduler has workers."""
 
+import io
 import json
 import os
 import re
 import signal
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -15,10 +17,13 @@ import numpy as np
 import pytest
 import to_file
 from commands import dynmesh_command as run
+from commands import hide
 from sequences import assert_same, sea
 
 import dynmesh
-from dynmesh.cli.jobs import read_jobs
+from dynmesh.cli import cluster
+from dynmesh.cli.job_table import in_order, read_jobs
+from dynmesh.cli.jobs import batch, run_job
 
 distributed = pytest.importorskip("distributed", reason="distributed is not installed")
 dask = pytest.importorskip("dask")
@@ -127,9 +132,170 @@ def test_no_two_rows_have_one_output(tmp_path: Path, other: str) -> None:
     (tmp_path / "link.npz").symlink_to("o.npz")
     table = tmp_path / "jobs.csv"
     table.write_text(f"input,output\na.npz,o.npz\nb.npz,p.npz\nc.npz,{other}\n")
-    told = rf"line 4: output: '{other}' is the output of line 2"
+    told = f"line 4: output: '{tmp_path / other}' is the output of line 2"
     with pytest.raises(ValueError, match=re.escape(told)):
         read_jobs(table)
+
+
+PLAIN = "input,output,training,start\na.npz,b.npz,c.npz;d e.npz,2\nf.npz,g.npz,,\n"
+WRITTEN = {
+    "spaces": "input , output,\ttraining ,start\n a.npz, b.npz , c.npz ; d e.npz,\t2\n"
+    "f.npz, g.npz, ,\n",
+    "a mark and line ends": "\ufeff" + PLAIN.replace("\n", "\r\n"),
+    "quotes": '"input","output",training,start\na.npz, "b.npz","c.npz;d e.npz",2\n'
+    '"f.npz",g.npz,,\n',
+    "empty lines": "\n" + PLAIN.replace("\n", "\n\n ,,,\n"),
+    "comments": "# of monday\n" + PLAIN.replace("\n", "\n  # a.npz,h.npz\n"),
+}
+
+
+@pytest.mark.parametrize("how", WRITTEN)
+def test_tables_as_people_write_them(tmp_path: Path, how: str) -> None:
+    table = tmp_path / "jobs.csv"
+    table.write_text(PLAIN, encoding="utf-8")
+    expected = [replace(job, line=0) for job in read_jobs(table)]
+    table.write_bytes(WRITTEN[how].encode())
+    assert [replace(job, line=0) for job in read_jobs(table)] == expected
+    assert expected[0].options["training"] == [tmp_path / "c.npz", tmp_path / "d e.npz"]
+
+
+NEEDED = {
+    "a file": ("s/o.npz", "s/../s/o.npz"),
+    "by a link": ("s/o.npz", "linked/o.npz"),
+    "a pattern": ("s/o_%04d.ply", "s/o_####.ply"),
+    "a pattern by a glob": ("s/o_%03d.ply", "s/*.ply"),
+    "a pattern in a folder": ("s/o_%04d.ply", "s"),
+    "a folder": ("s/new", "s/new"),
+    "a folder by a glob": ("s/new", "s/new/*.ply"),
+}
+
+
+@pytest.mark.parametrize("how", NEEDED)
+def test_a_job_comes_after_what_it_reads(tmp_path: Path, how: str) -> None:
+    output, read = NEEDED[how]
+    (tmp_path / "s").mkdir()
+    (tmp_path / "linked").symlink_to("s")
+    table = tmp_path / "jobs.csv"
+    rows = f"{read},z.npz,\nb.npz,y.npz,{read}\na.npz,{output},\n"
+    rows += "t/p_%04d.ply,t/q_%04d.ply,\nt/r_%04d.ply,t/u_%04d.ply,"
+    table.write_text(f"input,output,template\n{rows}\n")
+    jobs = read_jobs(table)
+    assert [job.needs for job in jobs] == [(2,), (2,), (), (), ()]
+    order = in_order(jobs)
+    assert order.index(2) < min(order.index(0), order.index(1))
+
+
+def test_jobs_that_need_one_another_are_refused(tmp_path: Path) -> None:
+    table = tmp_path / "jobs.csv"
+    table.write_text("input,output\na.npz,b.npz\nx.npz,y.npz\nb.npz,c.npz\nc.npz,a.npz\n")
+    with pytest.raises(ValueError, match=r"lines 2, 4 and 5: each needs the output of another"):
+        read_jobs(table)
+    table.write_text("input,output\na.npz,b.npz\nx.npz,./x.npz\n")
+    with pytest.raises(ValueError, match=r"line 3: output: is a file that the same job reads"):
+        read_jobs(table)
+
+
+def test_a_chain_runs_in_its_order_and_stops_where_it_breaks(
+    tmp_path: Path, scheduler: str
+) -> None:
+    folder = tmp_path / "None of it"
+    write_partial(folder / "a.npz")
+    table = folder / "jobs.csv"
+    rows = ["c.npz,d.npz", "b.npz,c.npz", "lost.npz,x.npz", "a.npz,b.npz", "y.npz,z.npz"]
+    table.write_text("\n".join(["input,output", *rows, "x.npz,y.npz"]))
+    command = ("batch", table, "--scheduler", scheduler)
+    told = json.loads(run(*command, "--json", code=1).stdout)
+    states = [(Path(job["output"]).stem, job["status"]) for job in told["results"]]
+    not_run = "not run"
+    assert states == [
+        ("d", "done"), ("c", "done"), ("x", "failed"), ("b", "done"), ("z", not_run), ("y", not_run)
+    ]  # fmt: skip
+    assert f"needs {folder / 'y.npz'}" in told["results"][4]["reason"]
+    write_partial(folder / "lost.npz")
+    assert "3 done, 3 already there, 0 failed of 6" in run(*command).stderr
+
+
+def test_what_exists_needs_no_workers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("o.npz").symlink_to("lost.npz")
+    Path("p_0001.ply").write_text("precious")
+    Path("jobs.csv").write_text("input,output\nNone.npz,o.npz\nb.npz,p_%04d.ply\n")
+    hide(monkeypatch, "distributed")
+    assert "0 done, 2 already there, 0 failed of 2" in run("batch", "jobs.csv").stderr
+
+
+def test_a_fault_in_a_job_shows_where(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    write_partial(tmp_path / "a.npz")
+    (tmp_path / "jobs.csv").write_text("input,output\na.npz,b.npz\n")
+
+    def fail(*_: object) -> None:
+        raise KeyError("broken inside")
+
+    monkeypatch.setattr(dynmesh.Completer, "push", fail)
+    (job,) = read_jobs(tmp_path / "jobs.csv")
+    result = run_job(job)
+    assert (result.status, "in fail" in result.traceback) == ("failed", True)
+    assert "a fault of dynmesh: KeyError: 'broken inside'" in result.reason
+
+
+def test_a_cluster_without_workers_is_told_and_waited_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    write_partial(tmp_path / "a.npz", n_frames=400, grid=50)
+    (tmp_path / "jobs.csv").write_text("input,output,method\na.npz,b.npz,detail\na.npz,c.npz,\n")
+    monkeypatch.setattr(cluster, "INTERVAL", 0.2)
+    error = io.StringIO()
+    monkeypatch.setattr(sys, "stderr", error)
+    with (
+        dask.config.set(temporary_directory=str(tmp_path)),
+        distributed.LocalCluster(
+            n_workers=0, threads_per_worker=1, dashboard_address="127.0.0.1:0"
+        ) as here,
+    ):
+
+        def come_and_go() -> None:
+            wait_until(lambda: error.getvalue().count("has no worker") == 1)
+            here.scale(1)
+            wait_until(lambda: [*tmp_path.glob(".*.unfinished")])
+            here.scale(0)
+            wait_until(lambda: error.getvalue().count("has no worker") == 2)
+            here.scale(1)
+
+        changing = threading.Thread(target=come_and_go)
+        changing.start()
+        report = batch(tmp_path / "jobs.csv", scheduler=here.scheduler_address)
+        changing.join()
+    assert report.quality == "good"
+    assert f"start `dask worker {here.scheduler_address}`" in error.getvalue()
+
+
+def test_workers_without_this_dynmesh_are_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, scheduler: str
+) -> None:
+    write_partial(tmp_path / "a.npz")
+    (tmp_path / "jobs.csv").write_text("input,output\na.npz,b.npz\n")
+    command = ("batch", tmp_path / "jobs.csv", "--scheduler", scheduler)
+    with monkeypatch.context() as other:
+        other.setattr(cluster, "__version__", "9.9.9")
+        told = run(*command, code=1).stderr
+    assert f"has dynmesh {dynmesh.__version__}, but needs 9.9.9" in told
+    (tmp_path / "dynmesh.py").write_text("raise ImportError('hidden')")
+    words = [sys.executable, "-m", "distributed.cli.dask_worker", scheduler, "--no-nanny"]
+    environment = {**os.environ, "PYTHONPATH": str(tmp_path)}
+    with (
+        subprocess.Popen(words, env=environment, cwd=tmp_path, stderr=subprocess.DEVNULL) as worker,
+        distributed.Client(scheduler) as client,
+    ):
+        try:
+            wait_until(lambda: len(client.nthreads()) == 3)
+            told = run(*command, code=1).stderr
+        finally:
+            worker.terminate()
+        worker.wait()
+        wait_until(lambda: len(client.nthreads()) == 2)
+    assert "has no dynmesh (ImportError: hidden)" in told
+    assert "1 worker of 3 must be started again" in told
+    run(*command)
 
 
 def test_a_scheduler_that_does_not_answer_is_named(tmp_path: Path) -> None:
