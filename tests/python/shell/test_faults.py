@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from commands import dynmesh_command as run
 from commands import run_here
-from conftest import LONGER
+from conftest import LONGER, REPOSITORY
 from sequences import sea
 
 import dynmesh
@@ -95,6 +95,12 @@ def test_no_damage_to_a_file_is_a_fault(
         ended = run_here(*READING[name].split(), "--overwrite")
         assert "Traceback" not in ended.stderr, (Path(name).read_bytes(), ended.stderr)
     Path(name).write_bytes(content)
+
+
+def test_whatever_is_refused_is_an_error_of_dynmesh() -> None:
+    for file in (REPOSITORY / "python" / "dynmesh").rglob("*.py"):
+        direct = re.findall(r"(?:raise|return) (?:Value|Type)Error\(.*", file.read_text("utf-8"))
+        assert not direct, (file, "InputError and KindError are told without a traceback")
 
 
 FAULTS: dict[str, tuple[Any, str, str]] = {
