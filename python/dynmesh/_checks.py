@@ -148,8 +148,10 @@ def as_array(name: str, value: Any, whole: type | None = None) -> Any:
     return array.astype(whole) if whole is not None and array.dtype.kind in "iu" else array
 
 
-def path_of(name: str, value: object, expected: str = "a path") -> Path:
+def path_of(name: str, value: object, expected: str = "a path", folder: Path | None = None) -> Path:
     """Returns a path as it is meant now: seen from the current folder, or from home if it has a ~.
+
+    One in a table is seen from the folder of the table, which is then given.
 
     Every path that users give passes through here, since most are used later, when the current
     folder may be another one.
@@ -162,7 +164,7 @@ def path_of(name: str, value: object, expected: str = "a path") -> Path:
     if not os.fspath(value):  # which pathlib takes for the current folder
         raise InputError("is empty", argument=name, value=value)
     # Unlike that of pathlib, this leaves the name of no user as it is, such as ~backup.obj.
-    return Path(os.path.expanduser(value)).absolute()  # noqa: PTH111
+    return Path(folder or "", os.path.expanduser(value)).absolute()  # noqa: PTH111
 
 
 def check_complete(name: str | None, points: NDArray[np.floating[Any]]) -> None:

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from .. import formats
+from .._checks import path_of
 from .._errors import InputError
 from .._report import DoubtfulWarning
 from ..frames import Frames
@@ -137,7 +138,7 @@ def arguments_of(
 
     def under(value: Any) -> Any:
         if isinstance(value, Path):
-            return folder / value
+            return path_of("path", value, folder=folder)
         if isinstance(value, dict):
             return {name: under(item) for name, item in value.items()}
         return [under(item) for item in value] if isinstance(value, list) else value

@@ -12,6 +12,7 @@ from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 from typing import Any
 
+from .._checks import path_of
 from .._errors import InputError
 from .._report import listed
 from ..formats.names import FrameNames
@@ -142,7 +143,10 @@ def _job(path: Path, line: int, columns: list[str], row: list[str], overwrite: b
     values = {**values, **dict(zip(names, paths, strict=True)), "overwrite": overwrite}
     folder = path.parent
     positional, keywords = arguments_of(inspect.BoundArguments(parameters, values), folder)
-    files = {key: [folder / one for one in _paths_in(value)] for key, value in values.items()}
+    files = {
+        key: [path_of(key, one, folder=folder) for one in _paths_in(value)]
+        for key, value in values.items()
+    }
     written = {key for key in files if verb.options[key][-1].heading == "output"}
     output = positional[-1]
     return Job(

@@ -16,6 +16,7 @@ from scan_files import moving_body
 from sequences import assert_same, sea
 
 import dynmesh
+from dynmesh.cli.job_table import read_jobs
 from dynmesh.scans import open_scans
 
 N = 4
@@ -146,6 +147,22 @@ def test_a_tilde_is_the_home_folder(
     (folders[0] / "made.npz").unlink()
     dynmesh.write("~old.npz", dynmesh.read("~/whole.npz"))
     assert [file.name for file in tmp_path.iterdir()] == ["~old.npz"]
+
+
+def test_paths_of_a_table_are_seen_from_its_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Or from home."""
+    monkeypatch.setenv("HOME", str(tmp_path / "home"))
+    table = "input,output,template\na.npz,~/b.npz,~/c.obj\n~/a.npz,d.npz,c.obj\n"
+    (tmp_path / "jobs.csv").write_text(table)
+    with contextlib.chdir(tmp_path.parent):
+        jobs = read_jobs(Path(tmp_path.name, "jobs.csv"))
+    here, home = tmp_path, tmp_path / "home"
+    assert [(job.input, job.output, job.options["template"]) for job in jobs] == [
+        (here / "a.npz", home / "b.npz", home / "c.obj"),
+        (home / "a.npz", here / "d.npz", here / "c.obj"),
+    ]
 
 
 @pytest.mark.parametrize("path", [b"a.npz", 3, ["a.npz"], os.scandir])
