@@ -216,25 +216,33 @@ struct Quads {
   Doubles row[4];
 };
 
+/// The numbers of a, 0 to 3, and of b, 4 to 7, that are named. GCC 11 has no
+/// __builtin_shufflevector.
+template <int... numbers>
+[[gnu::always_inline]] inline Doubles picked(Doubles a, Doubles b) {
+#ifdef __clang__
+  return __builtin_shufflevector(a, b, numbers...);
+#else
+  return __builtin_shuffle(a, b, Integers{numbers...});
+#endif
+}
+
 [[gnu::always_inline]] inline Quads quads_of(const Coordinates& c) {
-  const Doubles even = __builtin_shufflevector(c.x, c.y, 0, 4, 2, 6);
-  const Doubles odd = __builtin_shufflevector(c.x, c.y, 1, 5, 3, 7);
-  const Doubles even_z = __builtin_shufflevector(c.z, Doubles{}, 0, 4, 2, 5);
-  const Doubles odd_z = __builtin_shufflevector(c.z, Doubles{}, 1, 4, 3, 5);
-  return {{__builtin_shufflevector(even, even_z, 0, 1, 4, 5),
-           __builtin_shufflevector(odd, odd_z, 0, 1, 4, 5),
-           __builtin_shufflevector(even, even_z, 2, 3, 6, 7),
-           __builtin_shufflevector(odd, odd_z, 2, 3, 6, 7)}};
+  const Doubles even = picked<0, 4, 2, 6>(c.x, c.y);
+  const Doubles odd = picked<1, 5, 3, 7>(c.x, c.y);
+  const Doubles even_z = picked<0, 4, 2, 5>(c.z, Doubles{});
+  const Doubles odd_z = picked<1, 4, 3, 5>(c.z, Doubles{});
+  return {{picked<0, 1, 4, 5>(even, even_z), picked<0, 1, 4, 5>(odd, odd_z),
+           picked<2, 3, 6, 7>(even, even_z), picked<2, 3, 6, 7>(odd, odd_z)}};
 }
 
 [[gnu::always_inline]] inline Coordinates coordinates_of(const Quads& q) {
-  const Doubles first = __builtin_shufflevector(q.row[0], q.row[1], 0, 4, 2, 6);  // x x z z
-  const Doubles last = __builtin_shufflevector(q.row[2], q.row[3], 0, 4, 2, 6);
-  const Doubles first_y = __builtin_shufflevector(q.row[0], q.row[1], 1, 5, 3, 7);
-  const Doubles last_y = __builtin_shufflevector(q.row[2], q.row[3], 1, 5, 3, 7);
-  return {__builtin_shufflevector(first, last, 0, 1, 4, 5),
-          __builtin_shufflevector(first_y, last_y, 0, 1, 4, 5),
-          __builtin_shufflevector(first, last, 2, 3, 6, 7)};
+  const Doubles first = picked<0, 4, 2, 6>(q.row[0], q.row[1]);  // x x z z
+  const Doubles last = picked<0, 4, 2, 6>(q.row[2], q.row[3]);
+  const Doubles first_y = picked<1, 5, 3, 7>(q.row[0], q.row[1]);
+  const Doubles last_y = picked<1, 5, 3, 7>(q.row[2], q.row[3]);
+  return {picked<0, 1, 4, 5>(first, last), picked<0, 1, 4, 5>(first_y, last_y),
+          picked<2, 3, 6, 7>(first, last)};
 }
 
 /// The numbers of a block that begin at `from`, in double precision.
