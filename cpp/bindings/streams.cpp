@@ -58,7 +58,7 @@ py::dict default_settings() {
       [&]<class Value>(const Setting& setting, Value Settings::*member, auto...) {
         const Value value = Settings{}.*member;
         if constexpr (std::is_enum_v<Value>) {
-          defaults[setting.name] = names_of<Value>[static_cast<std::size_t>(value)];
+          defaults[setting.name] = names_of<Value>()[static_cast<std::size_t>(value)];
         } else {
           defaults[setting.name] = value;
         }

@@ -30,7 +30,7 @@ void check_settings(const Settings& settings) {
   for_each_setting([&](const Setting& setting, auto member, auto...) {
     const bool is_given = settings.*member != defaults.*member;
     if (is_given && setting.method && *setting.method != settings.method) {
-      const auto method = names_of<Method>.at(static_cast<std::size_t>(*setting.method));
+      const auto method = names_of<Method>().at(static_cast<std::size_t>(*setting.method));
       throw SettingError(setting.name, joined("requires method ", method));
     }
     check_value(setting, settings.*member);

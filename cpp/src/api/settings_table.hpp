@@ -57,16 +57,15 @@ void for_each_setting(const Visit& visit) {
 
 /// The names of the values of an enumeration, in their order.
 template <class Enumeration>
-inline constexpr std::array<std::string_view, 0> names_of{};
-template <>
-inline constexpr std::array<std::string_view, 2> names_of<Method> = {"motion", "detail"};
-template <>
-inline constexpr std::array<std::string_view, 2> names_of<DisconnectedRule> = {"hold", "follow"};
+constexpr std::array<std::string_view, 2> names_of() {
+  if constexpr (std::is_same_v<Enumeration, Method>) return {"motion", "detail"};
+  if constexpr (std::is_same_v<Enumeration, DisconnectedRule>) return {"hold", "follow"};
+}
 
 /// The value of that name. Throws SettingError.
 template <class Enumeration>
 Enumeration from_name(const char* setting, std::string_view name) {
-  const auto& names = names_of<Enumeration>;
+  const auto names = names_of<Enumeration>();
   const auto found = std::ranges::find(names, name);
   if (found != names.end()) return static_cast<Enumeration>(found - names.begin());
   std::string listed;

@@ -27,7 +27,7 @@ double stored(const Value& value) {
 template <class Value>
 std::string text_of(double number) {
   if constexpr (std::is_enum_v<Value>) {
-    const auto& names = names_of<Value>;
+    const auto names = names_of<Value>();
     for (std::size_t i = 0; i < names.size(); ++i) {
       if (number == static_cast<double>(i)) return std::string(names[i]);
     }

@@ -238,7 +238,7 @@ Value setting_from_c(const char* name, Given given) {
   } else if constexpr (std::is_same_v<Value, bool>) {
     return given != 0;
   } else if constexpr (std::is_enum_v<Value>) {
-    const auto& names = names_of<Value>;
+    const auto names = names_of<Value>();
     if (given >= 0 && static_cast<std::size_t>(given) < names.size()) {
       return static_cast<Value>(given);
     }

@@ -76,6 +76,11 @@ std::vector<std::uint32_t> order_along_curve(Field points) {
 
 }  // namespace
 
+const PointTree<3>& PointScan::tree() const {
+  std::call_once(search_->begun, [&] { search_->tree.emplace(arrays_of(points)); });
+  return *search_->tree;
+}
+
 std::span<const std::uint32_t> PointScan::along_curve() const {
   std::call_once(search_->ordered, [&] { search_->order = order_along_curve(points); });
   return search_->order;

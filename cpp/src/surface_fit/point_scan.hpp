@@ -66,10 +66,7 @@ class PointScan {
   /// Sets a normal, turned to the sensors, and whether that was possible.
   void set_normal(std::size_t i, const Vector3& normal);
 
-  [[nodiscard]] const PointTree<3>& tree() const {
-    std::call_once(search_->begun, [&] { search_->tree.emplace(arrays_of(points)); });
-    return *search_->tree;
-  }
+  [[nodiscard]] const PointTree<3>& tree() const;
 
   struct Search {
     std::once_flag begun, ordered;
