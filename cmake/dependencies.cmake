@@ -1,6 +1,6 @@
 # OpenMesh, Eigen and nanoflann: those of the system, or else their sources, which are downloaded.
 # Without a network, FETCHCONTENT_SOURCE_DIR_OPENMESH, _EIGEN and _NANOFLANN name folders with them.
-# Sets DYNMESH_CONNECTIVITY, the library of OpenMesh, and DYNMESH_HAS_SOURCES_OF_OPENMESH.
+# Sets DYNMESH_CONNECTIVITY, the target of OpenMesh, and DYNMESH_HAS_SOURCES_OF_OPENMESH.
 include(FetchContent)
 
 # Sets FOLDER to where the sources are. Their own projects are not added: of OpenMesh a few files are
@@ -28,16 +28,17 @@ if(NOT TARGET OpenMeshCore)
     9d22e65bdd6a125ac2043350a019ec4346ea83922cafdf47e125a03c16f6fa07 folder)
   file(GLOB sources ${folder}/src/OpenMesh/Core/Mesh/*.cc ${folder}/src/OpenMesh/Core/System/*.cc
        ${folder}/src/OpenMesh/Core/Utils/*.cc)
-  # Part of the library of dynmesh, so that nothing else is installed.
+  # Part of the library of dynmesh, so that nothing else is installed, under another name, since a
+  # program may contain an OpenMesh of its own.
   add_library(dynmesh-openmesh OBJECT ${sources})
   target_include_directories(dynmesh-openmesh SYSTEM PUBLIC ${folder}/src)
-  target_compile_definitions(dynmesh-openmesh PUBLIC
+  target_compile_definitions(dynmesh-openmesh PUBLIC OpenMesh=dynmesh_openmesh
     $<$<BOOL:${WIN32}>:NOMINMAX;_USE_MATH_DEFINES>)
-  target_compile_features(dynmesh-openmesh PUBLIC cxx_std_20)
   target_compile_options(dynmesh-openmesh PRIVATE -w)
   set_target_properties(dynmesh-openmesh PROPERTIES POSITION_INDEPENDENT_CODE ON UNITY_BUILD OFF)
   set(DYNMESH_HAS_SOURCES_OF_OPENMESH ON)
-  set(DYNMESH_CONNECTIVITY $<BUILD_INTERFACE:dynmesh-openmesh>)
+  set(DYNMESH_CONNECTIVITY dynmesh-openmesh)
+  dynmesh_compile(dynmesh-openmesh)
 endif()
 if(NOT TARGET Eigen3::Eigen)
   dynmesh_download(Eigen https://gitlab.com/libeigen/eigen/-/archive/3.4.0/eigen-3.4.0.tar.gz

@@ -1,5 +1,9 @@
-# Installs the library, headers, files for CMake and pkg-config, and dynmesh-complete.
-install(TARGETS dynmesh EXPORT dynmesh-targets)
+# Installs the library, headers, files for CMake and pkg-config, licences, and dynmesh-complete. The
+# files for CMake name the parts of the library as well.
+install(TARGETS dynmesh dynmesh-io EXPORT dynmesh-targets)
+if(TARGET dynmesh-completion)
+  install(TARGETS dynmesh-completion EXPORT dynmesh-targets)
+endif()
 install(DIRECTORY cpp/include/dynmesh ${CMAKE_CURRENT_BINARY_DIR}/include/dynmesh
         DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
         FILES_MATCHING PATTERN "*.h" PATTERN "*.hpp")
@@ -11,6 +15,12 @@ write_basic_package_version_file(dynmesh-config-version.cmake COMPATIBILITY Same
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/dynmesh-config.cmake
               ${CMAKE_CURRENT_BINARY_DIR}/dynmesh-config-version.cmake
         DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/dynmesh)
+
+set(licences LICENSE third_party_notes/licences/Eigen.txt third_party_notes/licences/nanoflann.txt)
+if(DYNMESH_HAS_SOURCES_OF_OPENMESH)
+  list(APPEND licences third_party_notes/licences/OpenMesh.txt)
+endif()
+install(FILES ${licences} DESTINATION ${CMAKE_INSTALL_DATADIR}/licenses/dynmesh)
 
 # The file for pkg-config, which stays valid if the prefix is moved. `runtime` lists the libraries
 # that a C compiler does not link by default.

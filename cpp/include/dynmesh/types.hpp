@@ -9,6 +9,10 @@
 #error "dynmesh needs C++20; compile with -std=c++20 or /std:c++20"
 #endif
 
+#ifdef _GLIBCXX_DEBUG
+#error "with _GLIBCXX_DEBUG, vectors have another layout than in dynmesh; use _GLIBCXX_ASSERTIONS"
+#endif
+
 #include <array>
 #include <cstddef>
 #include <cstdint>

@@ -33,7 +33,7 @@ def install(built: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Non
 
 def copy_project(folder: Path) -> None:
     """Copies the project of the document."""
-    (project,) = blocks("cmake", DOCUMENT)
+    project = blocks("cmake", DOCUMENT)[0]
     (folder / "CMakeLists.txt").write_text(project)
     for name in re.findall(r"\w+\.c(?:pp)?\b", project):
         shutil.copy(PROGRAMS / name, folder)
@@ -61,7 +61,7 @@ def test_cpp_and_c(tmp_path: Path, programs: Path) -> None:
 
 @pytest.mark.usefixtures("strict_compilers")
 def test_the_program_of_the_readme(tmp_path: Path, programs: Path) -> None:
-    (project,) = blocks("cmake", DOCUMENT)
+    project = blocks("cmake", DOCUMENT)[0]
     before, _, _ = project.partition("add_executable")
     (program,) = blocks("cpp")
     (tmp_path / "readme.cpp").write_text(program)
@@ -86,7 +86,7 @@ def test_the_program_of_the_readme(tmp_path: Path, programs: Path) -> None:
 @pytest.mark.usefixtures("strict_compilers")
 @pytest.mark.parametrize(("number", "program"), [(0, "track_points.cpp"), (1, "track_image.c")])
 def test_the_trackers(number: int, program: str, tmp_path: Path, programs: Path) -> None:
-    (project,) = blocks("cmake", DOCUMENT)
+    project = blocks("cmake", DOCUMENT)[0]
     before, _, _ = project.partition("add_executable")
     (tmp_path / "CMakeLists.txt").write_text(
         f"{before}add_executable(track {program})\n"
