@@ -156,7 +156,8 @@ def output(out: Any, dtype: np.dtype[Any], n_vertices: int) -> Positions:
         return np.empty((n_vertices, 3), dtype)
     if not isinstance(out, np.ndarray):
         raise KindError(f"must be a numpy array, not {type(out).__name__}", argument="out")
-    if plain("out", out).dtype != dtype:
+    refuse_mask("out", out)
+    if out.dtype != dtype:
         raise KindError(
             f"must be {dtype}, the dtype of first_frame, not {out.dtype}", argument="out"
         )

@@ -133,12 +133,21 @@ def refuse_mask(name: str | None, value: object) -> None:
         )
 
 
+def native(array: NDArray[Any]) -> NDArray[Any]:
+    """Returns numbers as the processor has them: in its byte order, and aligned."""
+    if array.dtype.isnative and array.flags.aligned:
+        return array
+    return np.require(array, array.dtype.newbyteorder("="), ["A"])
+
+
 def as_array(name: str, value: Any, whole: type | None = None) -> Any:
     """Returns a list as an array, whole numbers as the type `whole`, and all else as it is.
 
-    Refuses what :func:`refuse_mask` does.
+    Arrays become native. Refuses what :func:`refuse_mask` does.
     """
     refuse_mask(name, value)
+    if isinstance(value, np.ndarray):
+        return native(value)
     if not isinstance(value, list | tuple):
         return value
     try:

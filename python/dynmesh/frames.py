@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from ._arrays import Integers, Mask, Positions
-from ._checks import check_array, frame_index, indices_among, selected
+from ._checks import check_array, frame_index, indices_among, native, selected
 from ._errors import InputError, locating, naming
 from .attributes import ATTRIBUTES, VertexAttributes, as_mask
 from .header import Header, rate, summary
@@ -37,6 +37,12 @@ class Frame(VertexAttributes):
 
     points: Positions
     known: Mask | None = None
+
+    def __post_init__(self) -> None:
+        """Makes arrays native, so that no step has to expect others."""
+        for name, array in {"points": self.points, **self.attributes()}.items():
+            if isinstance(array, np.ndarray):
+                object.__setattr__(self, name, native(array))
 
     @property
     def present(self) -> Mask:
@@ -300,13 +306,13 @@ def checked(frames: Frames) -> Generator[Frame, None, None]:
             if count > header.n_frames:
                 raise InputError(f"has more frames than the {header.n_frames} of its header")
             with locating(frame=header.number(count - 1)):
-                _check(frame, header)
+                check_frame(frame, header)
             yield frame
         if count < header.n_frames:
             raise InputError(f"has only {count} of the {header.n_frames} frames of its header")
 
 
-def _check(frame: Frame, header: Header) -> None:
+def check_frame(frame: Frame, header: Header) -> None:
     """Raises an error unless a frame is as the header says."""
     k, points = header.n_vertices, frame.points
     for name, array in {"points": points, **frame.attributes()}.items():

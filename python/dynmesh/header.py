@@ -147,7 +147,7 @@ class Header(Description):
         check_integer("n_vertices", self.n_vertices, 0)
         self._take_faces(self.n_vertices)
         check_array("faces", self.faces)
-        object.__setattr__(self, "dtype", np.dtype(self.dtype))  # float is a dtype to numpy
+        object.__setattr__(self, "dtype", np.dtype(self.dtype).newbyteorder("="))
         check_vertices(self.dtype, (self.n_frames, self.n_vertices, 3))
         check_faces(self.faces.dtype, self.faces.shape)
         check_corners(self.faces, self.n_vertices)

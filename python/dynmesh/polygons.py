@@ -7,7 +7,7 @@ from typing import Any, NamedTuple, Protocol, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from ._checks import refuse_mask
+from ._checks import native, refuse_mask
 from ._errors import InputError, KindError
 
 
@@ -110,7 +110,8 @@ def split_faces(
     refuse_mask("faces", faces)
     polygons = faces if isinstance(faces, Polygons) else _polygons_of(faces)
     if not isinstance(polygons, Polygons):
-        return polygons, None
+        return native(polygons), None
+    polygons = Polygons(*map(native, map(np.asarray, polygons)))
     _check_corners(polygons, n_vertices)
     return split_polygons(polygons)
 

@@ -15,13 +15,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .._checks import native
 from .._errors import InputError, of_library
 from .._extras import require
 from ..frames import FileFrames, Frame, Indices
 from ..header import Header
 from .format import ARRAYS, STATED, Format
 from .named import arrays_once, header_of, kinds_per_frame, per_frame, rows_of, single
-from .rows import native
+from .output import NO_LOCKS
 
 # Frames that share compressed chunks are read in order, so the chunks are cached until the last.
 chunk_cache = {"rdcc_nbytes": 48 << 20, "rdcc_nslots": 10007}
@@ -55,6 +56,10 @@ class Hdf5Frames(FileFrames):
                 return self._h5py.File(path, "r", **chunk_cache)
         except BlockingIOError as error:
             raise OSError(f"{path}: is open for writing in another program") from error
+        except OSError as error:
+            if error.errno not in NO_LOCKS:
+                raise
+            return self._h5py.File(path, "r", locking=False, **chunk_cache)
 
     def _dataset(self, name: str) -> Any:
         dataset = self._file[name]
@@ -96,7 +101,8 @@ class Hdf5Frames(FileFrames):
 def write_hdf5(path: Path, header: Header, frames: Iterable[Frame]) -> None:
     """Writes datasets of an HDF5 file."""
     with contextlib.ExitStack() as stack:
-        file = require("h5py", extra="hdf5").File(path, "w")
+        # No other process writes in the hidden folder, whose disk may have no locks.
+        file = require("h5py", extra="hdf5").File(path, "w", locking=False)
         stack.callback(_close_quietly, file)  # on a full disk, closing fails as well
         rows = {
             name: file.create_dataset(name, shape, dtype)

@@ -9,10 +9,11 @@ import errno
 import os
 import shutil
 import stat
+import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from .._checks import path_of
 from .._errors import InputError
@@ -21,6 +22,8 @@ from ..header import Header
 
 R = TypeVar("R")
 
+NO_LOCKS = {errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP, errno.ENOTSUP}
+"""What disks that have no locks answer, such as those of some networks and containers."""
 _INSIDE = "scans"
 """The name of an output in a folder that cannot be exchanged."""
 
@@ -48,11 +51,12 @@ def making(output: Path, *, is_folder: bool = False) -> Iterator[Path]:
         BlockingIOError: another process is making the output.
         OSError: the folder cannot be created or locked.
     """
-    from filelock import FileLock, Timeout  # takes a while
+    from filelock import BaseFileLock, FileLock, SoftFileLock, Timeout  # takes a while
 
     hidden = unfinished_folder(output)
     missing = [above for above in hidden.parents if not above.exists()]
-    lock = FileLock(hidden / "lock", blocking=False, thread_local=False)
+    how: dict[str, Any] = {"blocking": False, "thread_local": False}
+    lock: BaseFileLock = FileLock(hidden / "lock", fallback_to_soft=False, **how)
     while not lock.is_locked:
         hidden.parent.mkdir(parents=True, exist_ok=True)
         if os.path.lexists(hidden) and (hidden.is_symlink() or not hidden.is_dir()):
@@ -63,6 +67,14 @@ def making(output: Path, *, is_folder: bool = False) -> Iterator[Path]:
                 lock.acquire()
             except Timeout:
                 raise BlockingIOError(f"{output}: is being written by another process") from None
+            except OSError as error:
+                if error.errno not in NO_LOCKS:
+                    raise
+                message = (
+                    f"{output}: its disk has no locks ({error.strerror}); a lock file stands in"
+                )
+                warnings.warn(message, stacklevel=3)
+                lock = SoftFileLock(hidden / "lock_file", **how)
     try:
         _clear(hidden, output)
         folder = hidden / ("all" if is_folder else "new")

@@ -16,6 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
+from .._checks import native
 from .._errors import InputError, naming
 from ..frames import FileFrames, Frame, Indices
 from ..header import Header
@@ -24,7 +25,6 @@ from .format import STATED, Format, Template, find_template, not_written, templa
 from .obj import ObjFrames, write_obj
 from .output import destination_of
 from .ply import PlyFrames
-from .rows import native
 
 signature = b"POINTCACHE2\0"
 layout = struct.Struct("<12siiffi")

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
 
+from .._checks import native
 from .._errors import InputError, of_library
 from ..frames import FileFrames, Frame, Indices
 from ..header import Header
@@ -138,11 +139,6 @@ class RowsFrames(FileFrames):
             rows.read(0)
             self._by_columns[name] = rows
         return rows
-
-
-def native(row: NDArray[Any]) -> NDArray[Any]:
-    """Returns the numbers in native byte order."""
-    return row.astype(row.dtype.newbyteorder("="), copy=False)
 
 
 def write_rows(files: Mapping[str, Path], header: Header, frames: Iterable[Frame]) -> None:

@@ -17,6 +17,7 @@ from ..frames import Frames
 from ..header import largest_start
 from .alembic import alembic
 from .folders import files_in, matching, with_missing
+from .foreign import guarded
 from .format import Format
 from .hdf5 import hdf5
 from .names import WILDCARDS, FrameNames, Number, by_number, numbers_in
@@ -53,7 +54,7 @@ def all_formats() -> dict[str, Format]:
             message = f"format {point.name} of {point.value} cannot be loaded: {error}"
             warnings.warn(message, stacklevel=2)
             continue
-        result.setdefault(format.name, format)
+        result.setdefault(format.name, guarded(format))
     return result
 
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .._arrays import Positions
+from .._arrays import Positions, floats
 from .._checks import refuse_mask
 from .._errors import InputError, naming
 from ..formats.comments import Metadata, metadata_in
@@ -52,8 +52,9 @@ def write_ply(
     up_axis: str | None = None,
 ) -> None:
     """Writes points and their normals as PLY, binary and little-endian, in their precision."""
-    for name, values in scan._asdict().items():
-        refuse_mask(name, values)
+    refuse_mask("viewpoints", scan.viewpoints)
+    normals = None if scan.normals is None else floats("normals", scan.normals)
+    scan = PointScan(floats("points", scan.points), normals, None)
     kind = "double" if scan.points.dtype == np.float64 else "float"
     names, columns = [*"xyz"], [scan.points]
     if scan.normals is not None:

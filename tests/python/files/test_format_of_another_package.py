@@ -3,13 +3,19 @@
 import re
 import subprocess
 import sys
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
+from commands import dynmesh_command as run
 from conftest import REPOSITORY
+from sequences import sea
 
 import dynmesh
+from dynmesh.formats import table
 
 PAGE = (REPOSITORY / "docs" / "formats.md").read_text(encoding="utf-8")
 
@@ -65,3 +71,143 @@ print(len(dynmesh.formats.all_formats()))
     run = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     assert "format raw of broken:raw cannot be loaded" in run.stderr
     assert int(run.stdout) >= 10
+
+
+SEA = sea(4)
+NOTHING: dict[str, Any] = {}
+Install = Callable[..., None]
+
+
+@pytest.fixture
+def install(monkeypatch: pytest.MonkeyPatch) -> Iterator[Install]:
+    """Installs a package with this format, for files `.mine`."""
+
+    def entry(make: Callable[[], Any]) -> None:
+        point = SimpleNamespace(name="mine", value="package:mine", load=make)
+        monkeypatch.setattr(table, "entry_points", lambda **_: [point])
+        table.all_formats.cache_clear()
+
+    yield entry
+    table.all_formats.cache_clear()
+
+
+def mine(**more: Any) -> dynmesh.Format:
+    def write(path: Path, _: dynmesh.Header, frames: Any) -> None:
+        with path.open("wb") as file:
+            np.save(file, np.stack([frame.points for frame in frames]))
+
+    given: dict[str, Any] = {"suffixes": (".mine",), "read": lambda _: SEA, "write": write}
+    return dynmesh.Format(name="mine", **(given | more))
+
+
+class Reader(dynmesh.FileFrames):
+    """Frames of a file, of which `bad` are made otherwise."""
+
+    def __init__(self, path: Path, bad: Callable[[], Any]) -> None:
+        super().__init__(path, SEA.header)
+        self._bad = bad
+
+    def _frames(self, numbers: Any) -> Iterator[Any]:
+        frames = [*SEA[:2], *self._bad()]
+        yield from (frames[number] for number in numbers if number < len(frames))
+
+
+@pytest.mark.parametrize(
+    ("read", "said"),
+    [
+        (lambda _: NOTHING["faces"], "KeyError: 'faces'"),
+        (lambda _: None, "it returns NoneType, not"),
+        (lambda _: SEA.vertices, "it returns ndarray, not"),
+        (lambda _: np.zeros(3).reshape(2, 2), "cannot reshape"),
+        (lambda path: path.read_vertices(), "AttributeError"),
+        (lambda: SEA, "TypeError"),
+        (lambda _: dynmesh.complete(SEA), "it returns ComputedFrames, not"),
+        (lambda path: Reader(path, lambda: NOTHING["points"]), "KeyError: 'points'"),
+        (lambda path: Reader(path, lambda: [None, None]), "it yields NoneType, not a Frame"),
+        (lambda path: Reader(path, lambda: SEA[2:3]), "frames instead of "),
+        (lambda path: Reader(path, lambda: sea(2, grid=4)), "of shape"),
+    ],
+)
+def test_what_a_reader_does_wrong_is_told(
+    install: Install, tmp_path: Path, read: Any, said: str
+) -> None:
+    install(lambda: mine(read=read))
+    (tmp_path / "a.mine").touch()
+    for words in (
+        ("info", tmp_path / "a.mine"),
+        ("complete", tmp_path / "a.mine", tmp_path / "b.npz"),
+    ):
+        error = run(*words, code=1).stderr
+        assert "a.mine: " in error
+        assert "format mine cannot read it" in error or said == "of shape"
+        assert said in error
+    assert not (tmp_path / "b.npz").exists()
+
+
+def written(
+    path: Path, frames: Any, name: str = "", content: bytes = b"x", said: Any = None
+) -> Any:
+    assert [*frames]
+    path.with_name(name or path.name).write_bytes(content)
+    return said
+
+
+@pytest.mark.parametrize(
+    ("write", "said"),
+    [
+        (lambda *given: [*given[2]] and None, "has written no file"),
+        (lambda path, _, all: written(path, all, f"{path.name}.npy"), "no file"),
+        (lambda path, _, all: written(path, all, content=b""), "no file"),
+        (lambda *_: NOTHING["fps"], "KeyError: 'fps'"),
+        (lambda path, _, all: written(path, all, said=7), "returns int, not remarks"),
+        (lambda path, _, all: written(path, all, said="ok"), "returns str, not remarks"),
+        (lambda: None, "TypeError"),
+    ],
+)
+@pytest.mark.parametrize("per_frame", [False, True])
+def test_what_a_writer_does_wrong_is_told(
+    install: Install, tmp_path: Path, write: Any, said: str, per_frame: bool
+) -> None:
+    takes = frozenset({"gaps"} if per_frame else ())
+    install(lambda: mine(write=write, takes=takes))
+    dynmesh.write(tmp_path / "in.npz", SEA)
+    output = tmp_path / ("out/f_%d.mine" if per_frame else "out/a.mine")
+    if per_frame and "not remarks" in said:
+        said = "format mine cannot write it"
+    error = run("convert", tmp_path / "in.npz", output, code=1).stderr
+    assert f"{output}: format mine cannot write it: " in error
+    assert said in error
+    assert not output.parent.exists()
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"suffixes": (".MINE",)},
+        {"suffixes": (".mine", ".Mine2")},
+        {"suffixes": ".mine"},
+        {"suffixes": ("mine",)},
+        {"suffixes": (".mine.gz",)},
+        {"keeps": frozenset({"masks"})},
+        {"takes": frozenset({"face"})},
+    ],
+)
+def test_what_would_never_be_chosen_or_kept_is_refused(
+    install: Install, wrong: dict[str, Any]
+) -> None:
+    with pytest.raises(ValueError, match=r"(suffixes|keeps|takes): format mine: "):
+        mine(**wrong)
+    install(lambda: mine(**wrong))
+    with pytest.warns(UserWarning, match=r"format mine of package:mine cannot be loaded: "):
+        table.all_formats()
+
+
+def test_a_good_one_is_read_and_written(install: Install, tmp_path: Path) -> None:
+    def read(path: Path) -> dynmesh.Sequence:
+        return dynmesh.Sequence(np.load(path), SEA.faces)
+
+    install(lambda: mine(read=read))
+    dynmesh.write(tmp_path / "a.mine", SEA)
+    np.testing.assert_array_equal(dynmesh.read(tmp_path / "a.mine").vertices, SEA.vertices)
+    install(lambda: mine(read=lambda path: Reader(path, lambda: SEA[2:])))
+    np.testing.assert_array_equal(dynmesh.read(tmp_path / "a.mine").vertices, SEA.vertices)
