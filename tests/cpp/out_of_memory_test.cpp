@@ -145,8 +145,6 @@ TEST_CASE("a call that runs out of memory changes nothing") {
 
 TEST_CASE("no result depends on how much memory is left") {
   World<float> world({{.method = Method::detail}});
-  // So little is unknown that the test of the first-order step needs a larger factor than the
-  // frame.
   std::ranges::fill(world.known, std::uint8_t{1});
   world.known[12] = 0;
   Completer<float> twin = world.begun();

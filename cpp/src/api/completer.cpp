@@ -25,7 +25,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 /// The last character is the version of the format.
-constexpr StateFormat completer_state = {'d', 'y', 'n', 'm', 'e', 's', 'h', 'G'};
+constexpr StateFormat completer_state = {'d', 'y', 'n', 'm', 'e', 's', 'h', 'H'};
 
 }  // namespace
 

@@ -64,7 +64,7 @@ void MaskedFactor::fill(const Panel& panel, Workspace& workspace) {
   }
   for (Index j = 0; j < panel.columns; ++j) {
     const Index position = position_at_[panel.first + j];
-    workspace.least_pivots[j] = least_pivots_[position];
+    workspace.least_pivots[j] = shared_->least_pivots[position];
     for (SparseMatrix::InnerIterator e(matrix_, position); e; ++e) {
       const Index row = row_of_[e.row()];
       const std::size_t entry = at(local[std::max(row, Index{0})]) * at(panel.columns) + at(j);

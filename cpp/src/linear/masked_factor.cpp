@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <utility>
 
 namespace dynmesh {
 namespace {
@@ -40,17 +41,21 @@ std::size_t largest_borders(const Elimination& plan) {
 
 }  // namespace
 
-MaskedFactor::MaskedFactor(const SparseMatrix& matrix, Workers& workers, const Kernels& kernels)
-    : plan_(plan_elimination(matrix)),
+FactorPlan::FactorPlan(const SparseMatrix& of) : elimination(plan_elimination(of)) {
+  matrix = permuted(of, elimination);
+  for (Index j = 0; j < matrix.cols(); ++j) least_pivots.push_back(singular * matrix.coeff(j, j));
+}
+
+MaskedFactor::MaskedFactor(std::shared_ptr<const FactorPlan> plan, Workers& workers,
+                           const Kernels& kernels)
+    : shared_(std::move(plan)),
+      matrix_(shared_->matrix),
+      plan_(shared_->elimination),
       kernels_(kernels),
       workers_(workers),
       workspaces_(at(workers.threads())) {
-  matrix_ = permuted(matrix, plan_);
   const std::size_t n = plan_.column_at.size();
   for (Workspace& workspace : workspaces_) workspace.local.resize(n);
-  for (Index j = 0; j < matrix_.cols(); ++j) {
-    least_pivots_.push_back(singular * matrix_.coeff(j, j));
-  }
   std::size_t n_rows = 0;
   for (const auto& rows : plan_.rows) n_rows += rows.size();
   const auto supernodes = at(plan_.supernodes());

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <dynmesh/types.hpp>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -47,6 +48,15 @@ struct Elimination {
 /// `widest_supernode` columns (dense_kernels.hpp).
 Elimination plan_elimination(const SparseMatrix& matrix);
 
+/// A positive semidefinite matrix in the order of its elimination, which several factors share.
+struct FactorPlan {
+  explicit FactorPlan(const SparseMatrix& of);
+
+  Elimination elimination;
+  SparseMatrix matrix;               ///< the lower triangle, rows and columns by positions
+  std::vector<double> least_pivots;  ///< (n,) by positions
+};
+
 /// A supernodal Cholesky factorisation (left-looking, as in Chen, Davis, Hager and Rajamanickam
 /// 2008). Its order and supernodes are computed for the whole matrix, and each mask selects a part
 /// of them.
@@ -58,7 +68,13 @@ class MaskedFactor {
  public:
   /// `matrix` must be positive semidefinite. `workers` must outlive this object.
   MaskedFactor(const SparseMatrix& matrix, Workers& workers,
+               const Kernels& kernels = best_kernels())
+      : MaskedFactor(std::make_shared<const FactorPlan>(matrix), workers, kernels) {}
+  /// Of the matrix of another factor.
+  MaskedFactor(std::shared_ptr<const FactorPlan> plan, Workers& workers,
                const Kernels& kernels = best_kernels());
+
+  [[nodiscard]] const std::shared_ptr<const FactorPlan>& plan() const { return shared_; }
 
   /// Reserves address space for the largest factor that any mask can have, so that `factorize`
   /// allocates none. The memory itself is only used as far as a factor fills it.
@@ -157,12 +173,12 @@ class MaskedFactor {
     work(workspaces_[i]);
   }
 
-  SparseMatrix matrix_;  // rows and columns by positions
-  Elimination plan_;
+  std::shared_ptr<const FactorPlan> shared_;
+  const SparseMatrix& matrix_;  // its members
+  const Elimination& plan_;
   const Kernels& kernels_;
   Workers& workers_;
   std::vector<Workspace> workspaces_;
-  std::vector<double> least_pivots_;  // (n,) by positions
 
   std::vector<std::uint8_t> mask_;
   std::vector<double> added_;

@@ -84,23 +84,21 @@ inline constexpr struct FirstOrderConstants {
   /// The lower bound of the weight of an edge, in mean weights.
   double least_weight = 0.001;
 
-  /// Of each component, about this many anchors are left out of a test, at most this share of them.
-  double left_out = 50;
-  double largest_left_out = 0.3;
-  /// A test moves the vertices at most this many times the mean distance between anchors from those
-  /// left out.
+  /// In each frame, about this many anchors of each component are left out, at most this share of
+  /// them.
+  double left_out = 12;
+  double largest_left_out = 0.05;
+  /// The test moves the vertices at most this many times the mean distance between anchors from
+  /// those left out.
   double rings = 1.5;
   /// A component with fewer errors, older ones counting less, shares those of all such components.
   /// With fewer errors, a group has no share.
-  double least_count = 30;
+  double least_count = 12;
 
-  /// The share of earlier sums that is kept when a test is added.
-  double kept = 0.8;
+  /// The share of earlier sums that is kept when those of a frame are added.
+  double kept = 0.9725;
   /// Smaller shares gain too little for the time that the step takes.
   double least_share = 0.3;
-
-  /// The number of frames from test to test, which doubles from 1 to this in the first frames.
-  Index gap = 8;
 } first_order_constants;
 
 /// The constants of the increments of rotations.

@@ -39,7 +39,7 @@ Detail::Detail(const ShapeModel& model, const Modes& modes, const Settings& sett
            workers, training_constants.largest_kept, modes),
       error_bars_(model.topology.cells, workers, settings.uncertainty,
                   noise_.has_value() ? AnchorNoise::by_weight : AnchorNoise::exact),
-      first_order_(model, workers, noise_.has_value()),
+      first_order_(model, system_.plan(), workers),
       anchors_(model.size(), noise_.has_value()),
       x_(model.size()),
       kx_(model.size()),
@@ -134,8 +134,8 @@ std::size_t Detail::estimate(const Memory& memory, Memory& next, StageReport& re
   }
 
   // Step 5: move the satellites by a share of the first-order step.
-  report.first_order_share =
-      first_order_.improve({memory.last, x_, shape_}, anchors_, generations, system_, next.gains);
+  report.first_order_share = first_order_.improve({memory.last, x_, shape_, anchors_.observed},
+                                                  generations, system_.scratch(), next.gains);
   for (std::size_t v = 0; v < x_.size(); ++v) {
     if (anchors_.is_solved[v] != 0) next.last[v] = x_[v];
   }

@@ -1,8 +1,8 @@
 #include "shape/first_order.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
+#include <utility>
 
 #include "base/geometry.hpp"
 #include "shape/constants.hpp"
@@ -38,6 +38,7 @@ DetailOperator laplacian_of(const DetailOperator& k) {
 }
 
 constexpr std::size_t n_shares = Gains::n_shares;
+constexpr Index at_once = 4;  // rotations, as the kernel fits them
 
 void add(Gains& gains, const Gains& other, double kept = 1) {
   for (std::size_t q = 0; q < n_shares; ++q) {
@@ -48,133 +49,126 @@ void add(Gains& gains, const Gains& other, double kept = 1) {
 
 }  // namespace
 
-FirstOrder::FirstOrder(const ShapeModel& model, Workers& workers, bool is_noisy)
+FirstOrder::FirstOrder(const ShapeModel& model, std::shared_ptr<const FactorPlan> of_detail,
+                       Workers& workers)
     : model_(model),
       topology_(model.topology),
       workers_(workers),
       laplacian_(laplacian_of(model.k)),
-      // It has so few entries that threads would hardly share it.
       factor_(SparseMatrix(*laplacian_.c), workers),
-      sizes_(topology_.report.components),
-      kept_(model.size(), is_noisy),
-      drawn_(sizes_.size()),
-      is_left_out_(model.size()),
+      nearby_l_(factor_.plan(), workers),
+      nearby_n_(std::move(of_detail), workers),
+      drawn_(topology_.report.components),
       is_free_(model.size()),
       of_detail_(model.size()),
-      newest_(sizes_.size()),
+      newest_(drawn_.size()),
+      is_beside_(model.size()),
       edges_(laplacian_.c->nonZeros()),
       quaternions_(model.size()),
       covariances_(model.size()) {
-  factor_.reserve();
-  nearby_.reserve(model.size());
-  for (const Index c : topology_.component) ++sizes_[c];
+  for (auto* vertices : {&left_out_, &nearby_}) vertices->reserve(model.size());
+  for (MaskedFactor* factor : {&factor_, &nearby_l_, &nearby_n_}) factor->reserve();
 }
 
-double FirstOrder::improve(const Frame& frame, const Anchors& anchors,
-                           const Generations& generations, ShapeSystem& system,
-                           GainMemory& memory) {
+double FirstOrder::improve(const Frame& frame, const Generations& generations,
+                           std::span<Vector3> scratch, GainMemory& memory) {
   if (generations.reached() == 0) return 0;
-  if (is_due(memory.frame) && draw(generations, memory.frame)) {
-    test(frame, anchors, generations, system, memory.components);
-  }
-  return mix(frame, generations, system, memory.components);
+  leave_out(generations, memory.frame);
+  if (!left_out_.empty()) test(frame, scratch, memory.components);
+  return mix(frame, generations, scratch, memory.components);
 }
 
-/// Whether this frame is to be tested: every `gap`th, and before these frames 1, 2, 4 and so on,
-/// since nothing is known yet.
-bool FirstOrder::is_due(std::uint64_t frame) {
-  const auto gap = static_cast<std::uint64_t>(first_order_constants.gap);
-  return frame < gap ? std::has_single_bit(frame) : frame % gap == 0;
-}
-
-/// Draws the anchors to leave out. Returns false if there are none.
-bool FirstOrder::draw(const Generations& generations, std::uint64_t frame) {
+/// Draws the anchors to leave out, at equal distances among those of a component, so that all
+/// frames have as many, and finds the satellites around them: those farther away hardly move.
+void FirstOrder::leave_out(const Generations& generations, std::uint64_t frame) {
   const auto generation = generations.of_vertices();
   const auto drawn_of = [&](std::size_t v) -> Drawn& { return drawn_[topology_.component[v]]; };
   std::ranges::fill(drawn_, Drawn{});
   for (std::size_t v = 0; v < generation.size(); ++v) {
+    ++drawn_of(v).size;
     drawn_of(v).anchors += generation[v] == Generations::anchor ? 1 : 0;
   }
-  const std::uint64_t of_frame = mixed(frame);
-  for (std::size_t v = 0; v < generation.size(); ++v) {
-    const double probability = std::min(first_order_constants.left_out / drawn_of(v).anchors,
-                                        first_order_constants.largest_left_out);
-    const double random = 0x1p-64 * static_cast<double>(mixed(of_frame + v));
-    is_left_out_[v] = generation[v] == Generations::anchor && random < probability ? 1 : 0;
-    drawn_of(v).left_out += is_left_out_[v];
+  for (std::size_t c = 0; c < drawn_.size(); ++c) {
+    Drawn& drawn = drawn_[c];
+    if (drawn.anchors < 2) continue;  // another one has to stay
+    drawn.share = std::min(first_order_constants.left_out / drawn.anchors,
+                           first_order_constants.largest_left_out);
+    drawn.sum = 0x1p-64 * static_cast<double>(mixed(mixed(frame) + c));
+    drawn.rings = std::ceil(first_order_constants.rings * std::sqrt(drawn.size / drawn.anchors));
   }
-  for (std::size_t v = 0; v < generation.size(); ++v) {
-    if (drawn_of(v).left_out == drawn_of(v).anchors) is_left_out_[v] = 0;
-  }
-  return std::ranges::count(is_left_out_, 1) > 0;
-}
-
-/// Sets what is solved for without the anchors left out: the vertices around them, since those that
-/// are farther away hardly move.
-void FirstOrder::leave_out(const Anchors& anchors, const Generations& generations) {
-  kept_ = anchors;
-  std::ranges::fill(kept_.is_solved, std::uint8_t{0});
   nearby_.clear();
+  std::ranges::fill(is_free_, std::uint8_t{0});
   const auto add = [&](std::size_t v) {
-    if (kept_.is_solved[v] == 0) nearby_.push_back(static_cast<Index>(v));
-    kept_.is_solved[v] = 1;
+    if (is_free_[v] == 0) nearby_.push_back(static_cast<Index>(v));
+    is_free_[v] = 1;
   };
-  for (std::size_t v = 0; v < is_left_out_.size(); ++v) {
-    if (is_left_out_[v] == 0) continue;
-    add(v);
-    if (kept_.are_noisy()) kept_.weights[v] = 0;
+  for (std::size_t v = 0; v < generation.size(); ++v) {
+    if (generation[v] != Generations::anchor) continue;
+    Drawn& drawn = drawn_of(v);
+    drawn.sum += drawn.share;
+    if (drawn.sum >= 1) add(v);
+    drawn.sum -= is_free_[v];
   }
-  const auto rings_around = [&](Index v) {
-    const Index c = topology_.component[v];
-    const double distance = std::sqrt(sizes_[c] / drawn_[c].anchors);
-    return static_cast<int>(std::ceil(first_order_constants.rings * distance));
-  };
+  left_out_.assign(nearby_.begin(), nearby_.end());
   std::size_t begin = 0;
   for (int ring = 0; begin < nearby_.size(); ++ring) {
     for (const std::size_t end = nearby_.size(); begin < end; ++begin) {
-      if (ring >= rings_around(nearby_[begin])) continue;
+      if (ring >= drawn_of(at(nearby_[begin])).rings) continue;
       for (const Index u : topology_.cells[nearby_[begin]]) {
-        if (anchors.is_solved[u] != 0) add(at(u));
+        if (generation[u] > 0) add(at(u));
       }
     }
-  }
-  const auto generation = generations.of_vertices();
-  for (std::size_t v = 0; v < is_free_.size(); ++v) {
-    is_free_[v] = generation[v] > 0 || is_left_out_[v] != 0 ? kept_.is_solved[v] : 0;
   }
 }
 
 /// Predicts anchors that are left out, by detail with the shape of the frame and by the first-order
-/// step from there.
-void FirstOrder::test(const Frame& frame, const Anchors& anchors, const Generations& generations,
-                      ShapeSystem& system, std::vector<Component>& components) {
-  leave_out(anchors, generations);
-  system.factorize(kept_);
-  system.apply(frame.x, 1, of_detail_);
-  const Field step = system.solve<1>(
-      [&](std::size_t v, std::size_t) { return frame.shape[v] - of_detail_[v]; }, frame.x, kept_);
-  const auto sum = [](const Vector3& a, const Vector3& b) { return a + b; };
-  std::ranges::transform(frame.x, step, of_detail_.begin(), sum);
-  const auto of_first_order = find_step(of_detail_, frame.last, system.scratch());
-  std::ranges::transform(of_detail_, of_first_order, of_first_order.begin(), sum);
-  learn(of_first_order, anchors.observed,
-        std::sqrt(model_.rounding.mean_square_of_positions(frame.x)), components);
+/// step from there. Without them, the energy of `frame.x` has a gradient at them alone.
+void FirstOrder::test(const Frame& frame, std::span<Vector3> scratch,
+                      std::vector<Component>& components) {
+  nearby_n_.factorize(is_free_);
+  const auto rows = nearby_n_.order();
+  const auto step = scratch.first(rows.size());
+  std::ranges::fill(of_detail_, Vector3{});
+  for (const Index v : left_out_) of_detail_[v] = pull(at(v), frame);
+  for (std::size_t r = 0; r < rows.size(); ++r) step[r] = of_detail_[rows[r]];
+  nearby_n_.solve(step, 1);
+  std::ranges::copy(frame.x, of_detail_.begin());
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    of_detail_[rows[r]] = of_detail_[rows[r]] + step[r];
+  }
+  const auto first_order = find_step(nearby_l_, of_detail_, frame.last, scratch);
+  for (const Index v : left_out_) first_order[v] = of_detail_[v] + first_order[v];
+  learn(frame, first_order, components);
 }
 
-/// Chooses the shares by the predictions of the anchors left out and their `observed` positions.
-/// Errors are in the unit of the positions; those below `rounding` count as 0.
-void FirstOrder::learn(Field first_order, Field observed, double rounding,
-                       std::vector<Component>& components) {
+/// K^T (shape - K x) at vertex v.
+Vector3 FirstOrder::pull(std::size_t v, const Frame& frame) const {
+  const OperatorData k = data_of(model_.k);
+  Vector3 sum;
+  for (Index e = k.offsets[v]; e < k.offsets[v + 1]; ++e) {
+    const std::size_t j = at(k.columns[e]);
+    Vector3 cx;
+    for (Index f = k.offsets[j]; f < k.offsets[j + 1]; ++f) {
+      cx = cx + k.values[f] * frame.x[k.columns[f]];
+    }
+    sum = sum + k.values[e] * k.scale[j] * (frame.shape[j] - k.scale[j] * cx);
+  }
+  return sum;
+}
+
+/// Chooses the shares by the predictions of the anchors left out. Errors are in the unit of the
+/// positions; those that can be of rounding count as 0.
+void FirstOrder::learn(const Frame& frame, Field first_order, std::vector<Component>& components) {
+  const double rounding = std::sqrt(model_.rounding.mean_square_of_positions(frame.x));
   const auto length = [&](const Vector3& x) {
     const double found = std::sqrt(squared_norm(x));
     return found > rounding ? found : 0;
   };
   bool is_finite = true;
   std::ranges::fill(newest_, Gains{});
-  for (std::size_t v = 0; v < is_left_out_.size(); ++v) {
-    if (is_left_out_[v] == 0) continue;
-    const Vector3 of_detail = of_detail_[v] - observed[v];
-    const Vector3 of_first_order = first_order[v] - observed[v];
+  for (const Index v : left_out_) {
+    const Vector3 of_detail = of_detail_[v] - frame.observed[v];
+    const Vector3 of_first_order = first_order[v] - frame.observed[v];
     Gains& gains = newest_[topology_.component[v]];
     const double size = length(of_detail);
     ++gains.count;
@@ -214,15 +208,15 @@ double FirstOrder::best_share(const Gains& gains) {
 }
 
 /// Moves each satellite by the share of its component of the step.
-double FirstOrder::mix(const Frame& frame, const Generations& generations, ShapeSystem& system,
-                       std::span<const Component> components) {
+double FirstOrder::mix(const Frame& frame, const Generations& generations,
+                       std::span<Vector3> scratch, std::span<const Component> components) {
   if (std::ranges::max(components, {}, &Component::share).share == 0) return 0;
   const auto share_of = [&](std::size_t v) { return components[topology_.component[v]].share; };
   const auto generation = generations.of_vertices();
   for (std::size_t v = 0; v < is_free_.size(); ++v) {
     is_free_[v] = generation[v] > 0 && share_of(v) > 0 ? 1 : 0;
   }
-  const Field step = find_step(frame.x, frame.last, system.scratch());
+  const Field step = find_step(factor_, frame.x, frame.last, scratch);
   double sum = 0;
   for (std::size_t v = 0; v < step.size(); ++v) {
     if (is_free_[v] == 0) continue;
@@ -234,35 +228,44 @@ double FirstOrder::mix(const Frame& frame, const Generations& generations, Shape
 
 /// Returns the step (k,) from the positions X, 0 where `is_free_` is 0. Every component with free
 /// vertices must have others, too. The result is in `scratch`, (2 k,) or longer.
-std::span<Vector3> FirstOrder::find_step(Field positions, Field last, std::span<Vector3> scratch) {
-  factor_.factorize(is_free_);
-  fit_rotations(positions, last);
-  const auto rows = factor_.order();
+std::span<Vector3> FirstOrder::find_step(MaskedFactor& factor, Field positions, Field last,
+                                         std::span<Vector3> scratch) {
+  factor.factorize(is_free_);
+  const auto rows = factor.order();
+  fit_rotations(rows, positions, last);
   const auto solution = scratch.first(positions.size());
   const auto step = scratch.subspan(positions.size(), positions.size());
   workers_.for_each_in_chunks(
       rows.size(), [&](std::size_t r) { solution[r] = residual(at(rows[r]), positions); });
-  factor_.solve(solution, 1);
+  factor.solve(solution, 1);
   std::ranges::fill(step, Vector3{});
   for (std::size_t r = 0; r < rows.size(); ++r) step[rows[r]] = solution[r];
   return step;
 }
 
-/// Fits R to the edges of L, which it weights as L does.
-void FirstOrder::fit_rotations(Field positions, Field last) {
+/// Fits R of these vertices and of those beside them to the edges of L, which it weights as L does.
+void FirstOrder::fit_rotations(std::span<const Index> rows, Field positions, Field last) {
   const OperatorData l = data_of(laplacian_);
+  std::ranges::fill(is_beside_, std::uint8_t{0});
+  for (const Index v : rows) {
+    for (Index e = l.offsets[v]; e < l.offsets[v + 1]; ++e) is_beside_[l.columns[e]] = 1;
+  }
   const RotationData data = {l.offsets, l.columns,        edges_.data(),
                              nullptr,   positions.data(), covariances_.data()};
   const RotationKernels& kernels = best_kernels().rotations;
-  const auto fit = [&](Index first, Index end) {
-    for (Index i = first; i < end; ++i) {
-      for (Index e = l.offsets[i]; e < l.offsets[i + 1]; ++e) {
-        edges_[e] = -l.values[e] * (last[at(l.columns[e])] - last[at(i)]);
+  const auto fit = [&](Index begin, Index end) {
+    for (Index first = begin; first < end; first += at_once) {
+      const Index after = std::min(first + at_once, end);
+      if (std::count(&is_beside_[first], is_beside_.data() + after, 1) == 0) continue;
+      for (Index i = first; i < after; ++i) {
+        for (Index e = l.offsets[i]; e < l.offsets[i + 1]; ++e) {
+          edges_[e] = -l.values[e] * (last[at(l.columns[e])] - last[at(i)]);
+        }
+        quaternions_[i] = {1, 0, 0, 0};
       }
-      quaternions_[i] = {1, 0, 0, 0};
+      kernels.measure(data, first, after);
+      kernels.fit(covariances_.data(), quaternions_.data(), first, after);
     }
-    kernels.measure(data, first, end);
-    kernels.fit(covariances_.data(), quaternions_.data(), first, end);
   };
   workers_.for_each_short_chunk(static_cast<Index>(quaternions_.size()), fit);
 }

@@ -90,6 +90,9 @@ class ShapeSystem {
   /// Factors N, plus the weights of noisy anchors, restricted to the vertices that are solved for.
   void factorize(const Anchors& anchors);
 
+  /// That of N.
+  [[nodiscard]] const std::shared_ptr<const FactorPlan>& plan() const { return factor_.plan(); }
+
   /// The vertices that are solved for.
   [[nodiscard]] std::span<const Index> solved() const { return factor_.order(); }
 

@@ -156,9 +156,8 @@ class Detail:
         seen = np.isin(self.label, self.label[known])
         x = self.previous
         if (seen & ~known).any() or (self.noise is not None and seen.any()):
-            weight = self.weight  # which the frame changes
             x = self._solve(points, known, seen)
-            x = self._take_first_order(x, points, known, seen, weight)
+            x = self._take_first_order(x, points, known, seen)
         elif seen.any():
             x = np.where(known[:, None], points, x)
         self._fit(x)
@@ -262,22 +261,18 @@ class Detail:
         points: Array,
         known: NDArray[np.bool_],
         seen: NDArray[np.bool_],
-        weight: float,
     ) -> Array:
         """Moves the missing vertices by the shares of the first-order step."""
         missing = seen & ~known
         if not missing.any():
             return d
         shares = self.first_order
-        if shares.is_due():
-            held = shares.draw(known)
-            if held.any():
-                near = self._around(held, missing | held if self.noise is None else seen)
-                later, self.weight = self.weight, weight
-                of_detail = self._moved(d, points, known & ~held, near)
-                self.weight = later
-                of_first_order = self._first_order(of_detail, near & (missing | held))
-                shares.learn(of_detail - points, of_first_order - points, held)
+        held = shares.draw(known)
+        if held.any():
+            near = self._around(held, missing | held)
+            of_detail = self._moved(d, near)
+            of_first_order = self._first_order(of_detail, near)
+            shares.learn(of_detail - points, of_first_order - points, held)
         share = np.where(missing, shares.share[shares.part], 0.0)
         self.first_order_share = float(share.sum() / missing.sum())
         return np.asarray(d + share[:, None] * (self._first_order(d, missing) - d))
@@ -292,17 +287,12 @@ class Detail:
             near = near | (movable & np.isin(np.arange(self.k), neighbours))
         return near
 
-    def _moved(
-        self, d: Array, points: Array, kept: NDArray[np.bool_], near: NDArray[np.bool_]
-    ) -> Array:
-        """Fits the vertices nearby to the shape and the anchors that are kept."""
+    def _moved(self, d: Array, near: NDArray[np.bool_]) -> Array:
+        """Fits the vertices nearby to the shape; all others stay."""
         columns = self.operator[:, near]
-        pull = 0.0 if self.noise is None else self.weight
-        anchors = (kept & near).astype(float)[near]
-        right_side = columns.T @ (self.shape - self.operator @ d)
-        right_side += pull * anchors[:, None] * (points - d)[near]
         x = d.copy()
-        x[near] += np.linalg.solve(columns.T @ columns + pull * np.diag(anchors), right_side)
+        right_side = columns.T @ (self.shape - self.operator @ d)
+        x[near] += np.linalg.solve(columns.T @ columns, right_side)
         return x
 
     def _first_order(self, y: Array, free: NDArray[np.bool_]) -> Array:
@@ -332,24 +322,24 @@ class Shares:
         self.count, self.share = np.zeros((2, n))
 
     def _groups(self) -> list[NDArray[np.int64]]:
-        few = np.flatnonzero(self.count < 30)
-        return [few] * bool(len(few)) + [np.array([c]) for c in np.flatnonzero(self.count >= 30)]
-
-    def is_due(self) -> bool:
-        """Returns whether to test: frames 1, 2 and 4, and every eighth."""
-        return self.frame in (1, 2, 4) or self.frame % 8 == 0
+        few = np.flatnonzero(self.count < 12)
+        return [few] * bool(len(few)) + [np.array([c]) for c in np.flatnonzero(self.count >= 12)]
 
     def draw(self, known: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Returns the anchors that are left out."""
-        anchors = np.bincount(self.part[known], minlength=len(self.share))
-        probability = np.minimum(50 / np.maximum(anchors, 1), 0.3)[self.part]
-        distance = np.sqrt(np.bincount(self.part) / np.maximum(anchors, 1))
-        self.rings = np.ceil(1.5 * distance).astype(int)
-        of_frame = mixed(self.frame)
-        random = np.array([mixed((of_frame + v) & BITS_64) / 2**64 for v in range(len(known))])
-        held = known & (random < probability)
-        left = np.bincount(self.part[known & ~held], minlength=len(self.share))
-        return np.asarray(held & (left > 0)[self.part])
+        """Returns the anchors that are left out, every 1 / share of those of a component."""
+        held = np.zeros(len(known), bool)
+        self.rings = np.zeros(len(self.share), int)
+        for c in range(len(self.share)):
+            anchors = np.flatnonzero(known & (self.part == c))
+            if len(anchors) < 2:
+                continue
+            share = min(12 / len(anchors), 0.05)
+            begin = mixed((mixed(self.frame) + c) & BITS_64) / 2**64
+            sums = np.floor(begin + share * np.arange(1 + len(anchors)))
+            held[anchors] = np.diff(sums) > 0
+            distance = np.sqrt((self.part == c).sum() / len(anchors))
+            self.rings[c] = np.ceil(1.5 * distance)
+        return held
 
     def learn(self, of_detail: Array, of_first_order: Array, held: NDArray[np.bool_]) -> None:
         """Chooses the shares by the errors (k, 3) of both at the anchors that are left out."""
@@ -360,11 +350,11 @@ class Shares:
         gain = size[:, None] - np.linalg.norm(mixtures, axis=2)
         part = self.part[held]
         count = np.bincount(part, minlength=n)
-        kept = np.where(count > 0, 0.8, 1.0)
+        kept = np.where(count > 0, 0.9725, 1.0)
         self.sums = kept[:, None] * self.sums + sum_to(part, gain[held], n)
         self.count = kept * self.count + count
         for group in self._groups():
             found = self.sums[group].sum(axis=0)
             found[1:3] = -np.inf  # shares of 0.1 and 0.2 are too small
-            enough = self.count[group].sum() >= 30
+            enough = self.count[group].sum() >= 12
             self.share[group] = found.argmax() / 10 if enough else 0.0
