@@ -5,14 +5,14 @@ keeps. They process one frame at a time, so memory does not grow with the length
 """
 
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager
 from typing import Any, Literal, TypeAlias, TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .._checks import check_choice, path_of
-from .._errors import naming, of_library
+from .._errors import naming
 from ..arrays import ArrayFrames
 from ..frames import Frames, Stored, check_any
 from ..polygons import Faces, split_faces
@@ -94,9 +94,7 @@ def open(
     with naming(path):
         template, chosen = _template(faces), format_of(path, format)
         path = existing_file(path, chosen)
-        is_own = chosen.name in FORMATS  # or of another package, which may raise anything
-        with nullcontext() if is_own else of_library(f"format {chosen.name}"):
-            frames = chosen.open(path, faces=template, prim=prim, gaps=gaps)
+        frames = chosen.open(path, faces=template, prim=prim, gaps=gaps)
     if isinstance(frames, ArrayFrames):  # as a simple format of another package reads it
         frames = frames.named(str(path), [path])
     if known is None and missing is None:

@@ -97,7 +97,7 @@ def write(
     header, dropped = _held(chosen, output, frames.header, provenance, frames.wanted)
     with naming(output):
         place = Place(output, header, chosen, overwrite, kept)
-    place.check(frames)
+        place.check(frames)
     save = chosen.overlay if _is_layer(chosen, output, header.origin) else chosen.write
     assert save is not None
     with (

@@ -162,6 +162,7 @@ def written(
         (lambda path, _, all: written(path, all, said=7), "returns int, not remarks"),
         (lambda path, _, all: written(path, all, said="ok"), "returns str, not remarks"),
         (lambda: None, "TypeError"),
+        (lambda path, _, all: [written(path, [1], f"{i}") for i, _ in enumerate(all)][9:], "file"),
     ],
 )
 @pytest.mark.parametrize("per_frame", [False, True])
@@ -178,6 +179,40 @@ def test_what_a_writer_does_wrong_is_told(
     assert f"{output}: format mine cannot write it: " in error
     assert said in error
     assert not output.parent.exists()
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        ({"meshes": lambda _: NOTHING["world"]}, "KeyError: 'world'"),
+        ({"meshes": lambda _: None}, "cannot read it: TypeError"),
+        ({"existing": lambda *_: NOTHING["old"]}, "KeyError: 'old'"),
+        ({"existing": lambda *_: None}, "cannot write it: TypeError"),
+    ],
+)
+def test_what_else_it_does_wrong_is_told(
+    install: Install, tmp_path: Path, more: dict[str, Any], said: str
+) -> None:
+    install(lambda: mine(**more))
+    (tmp_path / "a.mine").touch()
+    words: list[str | Path] = ["info", tmp_path / "a.mine"]
+    if "existing" in more:
+        words = ["convert", tmp_path / "a.mine", tmp_path / "b.mine"]
+    error = run(*words, code=1).stderr
+    assert f"{words[-1]}: format mine cannot " in error
+    assert said in error
+
+
+def test_what_closing_does_wrong_is_told(install: Install, tmp_path: Path) -> None:
+    class Closing(Reader):
+        def _close(self) -> None:
+            raise LookupError("no handle")
+
+    install(lambda: mine(read=lambda path: Closing(path, lambda: SEA[2:])))
+    (tmp_path / "a.mine").touch()
+    frames = dynmesh.open(tmp_path / "a.mine")
+    with pytest.raises(ValueError, match="format mine cannot read it: LookupError: no handle"):
+        frames.close()
 
 
 @pytest.mark.parametrize(
