@@ -9,6 +9,7 @@ import re
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from decimal import Decimal
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -43,8 +44,9 @@ def numbers_in(
 ) -> tuple[list[Number], str | None]:
     """Finds the number of each frame: the one that differs in the names.
 
-    If several differ, or a date and a time of day, frames are counted from 0. A decimal is one
-    number instead of two if nothing else is in the names, or if decimals differ in length.
+    If several differ, or a date and a time of day, or decimals that float64 cannot tell apart,
+    frames are counted from 0. A decimal is one number instead of two if nothing else is in the
+    names, or if decimals differ in length.
 
     Args:
         files: those of the frames.
@@ -64,13 +66,15 @@ def numbers_in(
     differing = [at for at, column in enumerate(columns) if len({*column}) > 1]
     rests = {_CLOCK.sub("", stem) for stem in stems}
     is_by_clock = differing and len(rests) == 1 and rests != {*stems}
-    if not columns or len(differing) > 1 or is_by_clock:
+    at = differing[0] if differing else len(columns) - 1
+    numbers = [number_of(str(number)) for number in columns[at]] if columns else []
+    is_close = len({*numbers}) < len({*keys})
+    if not columns or len(differing) > 1 or is_by_clock or is_close:
         ranks = {key: rank for rank, key in enumerate(sorted({*keys}))}
         return [ranks[key] for key in keys], None
-    at = differing[0] if differing else len(columns) - 1
     parts = [kind.split(stem) for stem in stems]
     parts[0][2 * at + 1] = _conversion_of([part[2 * at + 1] for part in parts])
-    return [*columns[at]], "".join(parts[0]) + files[0].suffix
+    return numbers, "".join(parts[0]) + files[0].suffix
 
 
 def _keys_of(files: Sequence[Path], stems: Sequence[str]) -> tuple[re.Pattern[str], list[Any]]:
@@ -101,9 +105,9 @@ def _keys_of(files: Sequence[Path], stems: Sequence[str]) -> tuple[re.Pattern[st
     return (_DECIMAL, decimal) if is_varied else (_WHOLE, whole)
 
 
-def _key(stem: str, kind: re.Pattern[str]) -> tuple[str | Number, ...]:
+def _key(stem: str, kind: re.Pattern[str]) -> tuple[str | int | Decimal, ...]:
     parts = enumerate(kind.split(stem))
-    return tuple(number_of(part) if at % 2 else part.casefold() for at, part in parts)
+    return tuple(_exactly(part) if at % 2 else part.casefold() for at, part in parts)
 
 
 def by_number(numbered: Iterable[tuple[Number, Path]]) -> dict[Number, Path]:
@@ -172,9 +176,9 @@ class FrameNames:
         match = re.fullmatch(rf"{begin}([+-]?[0-9]+(?:\.[0-9]+)?){end}", name)
         if match is None:
             return None
-        number, conversion = number_of(match[1]), _conversion.findall(self.pattern)[0]
-        is_own = conversion == "%g" or _text_of(conversion, number) == match[1]
-        return number if is_own else None
+        conversion = _conversion.findall(self.pattern)[0]
+        is_own = conversion == "%g" or _text_of(conversion, _exactly(match[1])) == match[1]
+        return number_of(match[1]) if is_own else None
 
 
 def number_of(text: str) -> Number:
@@ -182,16 +186,25 @@ def number_of(text: str) -> Number:
     return int(text) if "." not in text else as_whole(float(text))
 
 
+def _exactly(text: str) -> int | Decimal:
+    """Reads a number that float64 may round, such as seconds with nanoseconds since 1970."""
+    return int(text) if "." not in text else Decimal(text)
+
+
 def as_whole(number: float) -> Number:
     """Returns an integer if the number is whole."""
     return int(number) if number.is_integer() else number
 
 
-def _text_of(conversion: str, number: Number) -> str:
+def _text_of(conversion: str, number: Number | Decimal) -> str:
     """Writes a number, in ``%g`` with all its decimals."""
     if conversion != "%g":
-        return conversion % number
-    return str(number) if isinstance(number, int) else np.format_float_positional(number, trim="-")
+        return format(int(number) if conversion.endswith("d") else number, conversion[1:])
+    return (
+        str(number)
+        if isinstance(number, int)
+        else np.format_float_positional(float(number), trim="-")
+    )
 
 
 def _conversion_of(texts: Sequence[str]) -> str:

@@ -144,27 +144,37 @@ def named_like(frames: Frames, folder: Path) -> tuple[Path, list[str]]:
     Returns:
         The path, or a pattern; and, where no pattern gives it, the name of the file of each frame.
     """
-    path, names = frames.path, FrameNames.of(frames.path)
     if (folder.suffix and not folder.is_dir()) or not frames.files:
         return folder, []
-    every = [format.suffixes[0] for format in all_formats().values() if format.is_per_frame]
-    if names.numbered and not path.is_dir():
-        is_like = not WILDCARDS.keys() & {*path.name} and path.suffix.lower() in every
-        return (folder / names.pattern if is_like else folder), []
-    found = (files_in(path, suffix) for suffix in every if path.is_dir())
-    files = next(filter(None, found), [path] if path.exists() else matching(path))
-    if not files or files[0].suffix.lower() not in every:
+    with naming(frames.path):
+        present, pattern = _present(frames.path)
+    if not present:
         return folder, []
-    with naming(path):
-        numbers, pattern = ([0], None) if files == [path] else numbers_in(files)
-        present = by_number(zip(numbers, files, strict=True))
-        if pattern is None or max(map(abs, numbers)) > largest_start:  # frames are counted
-            counted = enumerate(with_missing([*present]))
-            of: dict[Number, str] = {
-                at: present[number].name for at, number in counted if number in present
-            }
-            kept = [of.get(frames.header.number(frame), "") for frame in range(frames.n_frames)]
-            is_kept = "" not in kept and len({*kept}) == len(kept)
-            return folder / f"frame_%04d{files[0].suffix}", kept if is_kept else []
     names = FrameNames(folder, Path(pattern).name)
-    return (folder / names.pattern if names.numbered else folder), []
+    is_counted = not pattern or max(map(abs, present)) > largest_start
+    if is_counted or not names.numbered or WILDCARDS.keys() & {*names.pattern}:
+        suffix = next(iter(present.values())).suffix
+        names = FrameNames(folder, f"frame_%04d{suffix}")
+    if all(names.name(number) == file.name for number, file in present.items()):
+        return folder / names.pattern, []
+    numbers = with_missing([*present])
+    files = dict(zip(range(len(numbers)) if is_counted else numbers, map(present.get, numbers)))
+    found = (files.get(frames.header.number(frame)) for frame in range(frames.n_frames))
+    kept = [file.name for file in found if file is not None]
+    return folder / names.pattern, kept if len({*kept}) == frames.n_frames else []
+
+
+def _present(path: Path) -> tuple[dict[Number, Path], str]:
+    """The files of frames by number, and the pattern of their names; empty if they are counted."""
+    suffixes = [format.suffixes[0] for format in all_formats().values() if format.is_per_frame]
+    names = FrameNames.of(path)
+    if path.is_dir():
+        files = next(filter(None, (files_in(path, suffix) for suffix in suffixes)), [])
+    elif names.numbered:
+        return (names.existing(), path.name) if path.suffix.lower() in suffixes else ({}, "")
+    else:
+        files = [path] if path.exists() else matching(path)
+    if not files or files[0].suffix.lower() not in suffixes:
+        return {}, ""
+    numbers, pattern = ([0], None) if files == [path] else numbers_in(files)
+    return by_number(zip(numbers, files, strict=True)), pattern or ""

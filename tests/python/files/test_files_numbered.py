@@ -187,11 +187,14 @@ KEPT = [
     ["first", "last"],
     ["f_[7]"],
     ["1403636579763555584", "1403636579796888832", "1403636579830222080"],
+    ["1700000000.123456789", "1700000000.190123456", "1700000000.256790123"],
+    ["1700000000.999999999", "1700000001.000000000", "1700000001.000000001"],
+    ["Scan 8", "scan 9", "SCAN 10"],
 ]
 
 
 @pytest.mark.parametrize("kept", KEPT)
-def test_files_in_a_folder_keep_names_without_a_number_of_the_frame(
+def test_files_in_a_folder_keep_names_that_no_pattern_gives(
     tmp_path: Path, kept: list[str]
 ) -> None:
     put(tmp_path / "in", kept)
@@ -214,6 +217,16 @@ def test_files_in_a_folder_keep_names_without_a_number_of_the_frame(
         with pytest.raises(ValueError, match=r"contains|has no frames"):  # else one with the others
             dynmesh.write(out, others)
     assert names(out) == expected
+
+
+@pytest.mark.parametrize("pattern", ["%.9f.obj", "%020.9f.obj", "%g.obj", "", "*.obj"])
+def test_nanoseconds_since_1970_are_all_read_and_kept(tmp_path: Path, pattern: str) -> None:
+    stamps = [f"{1700000000 + n // 30}.{n % 30 * 33333333 + n:09}" for n in range(60)]
+    put(tmp_path / "in", stamps)
+    frames = dynmesh.open(tmp_path / "in" / pattern)
+    assert [frame.points[0, 0] for frame in frames] == [*range(60)]
+    dynmesh.write(tmp_path / "out", frames)
+    assert names(tmp_path / "out") == [f"{stamp}.obj" for stamp in stamps]
 
 
 @settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
