@@ -157,8 +157,9 @@ def named_like(frames: Frames, folder: Path) -> tuple[Path, list[str]]:
         names = FrameNames(folder, f"frame_%04d{suffix}")
     if all(names.name(number) == file.name for number, file in present.items()):
         return folder / names.pattern, []
-    numbers = with_missing([*present])
-    files = dict(zip(range(len(numbers)) if is_counted else numbers, map(present.get, numbers)))
+    files: dict[Number, Path | None] = {**present}
+    if is_counted:
+        files = {at: present.get(number) for at, number in enumerate(with_missing([*present]))}
     found = (files.get(frames.header.number(frame)) for frame in range(frames.n_frames))
     kept = [file.name for file in found if file is not None]
     return folder / names.pattern, kept if len({*kept}) == frames.n_frames else []

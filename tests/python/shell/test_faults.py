@@ -133,27 +133,13 @@ def test_a_fault_inside_shows_where(
     )
 
 
-@pytest.mark.parametrize("error", [ValueError, KeyError])
-def test_a_format_of_another_package_may_raise_anything(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: type[Exception]
-) -> None:
-    def read(_: Path, __: object) -> NoReturn:
-        raise error("is cut")
-
-    format = dynmesh.Format("cuts", (".cuts",), read, None, frozenset())
-    monkeypatch.setitem(dynmesh.formats.all_formats(), "cuts", format)
-    (tmp_path / "a.cuts").write_text("")
-    told = run("info", tmp_path / "a.cuts", code=1).stderr
-    assert told.count("\n") == 1
-    assert "a.cuts: format cuts: " in told
-
-
 @pytest.mark.parametrize(
     ("line", "code"), [("info none.npz", 1), ("info", 2), ("synth ocean a.npz --frames 0", 2)]
 )
 def test_bad_input_shows_where_on_request(line: str, code: int) -> None:
     assert "Traceback" not in run(*line.split(), "--traceback=no", code=code).stderr
     assert "Traceback" in run("--traceback", *line.split(), code=code).stderr
+    assert "Traceback" not in run("--no-traceback", *line.split(), code=code).stderr
 
 
 def test_too_little_memory_is_told_in_a_line(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
