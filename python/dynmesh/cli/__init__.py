@@ -150,6 +150,7 @@ def run(tokens: list[str], shared: dict[str, bool]) -> Report | None:
 def _command_first(tokens: list[str]) -> list[str]:
     """Moves options of all commands behind the command if they are before it."""
     names = {name for option in options_of(shared_options) for name in option.names}
+    names |= {f"--no-{name[2:]}" for name in names}
     n = next((i for i, token in enumerate(tokens) if token.partition("=")[0] not in names), 0)
     return [*tokens[n : n + 1], *tokens[:n], *tokens[n + 1 :]]
 
