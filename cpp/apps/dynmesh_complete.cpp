@@ -38,9 +38,9 @@ earlier frames only.
 
 FRAMES is raw little-endian float32, x y z for each vertex, frame after frame (.raw or
 no suffix; "-" is standard input or output). Or it is a mesh file for each frame, with %d
-or %04d in the place of its number. Positions are read from .obj or .ply until there is no
-file of the next number; .ply are written, with the triangles of MESH, into a folder that
-is new or empty. No file is replaced.
+or %04d in the place of its number, which is 1, 2 and so on without gaps. Positions are
+read from .obj or .ply; .ply are written, with the triangles of MESH, into a folder that is
+new or empty. No file is replaced.
 
   --method METHOD    'detail' preserves the local shape, rotated with the motion; 'motion'
                      averages motion vectors as in the paper, and is fast.

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <charconv>
 #include <csignal>
 #include <cstdio>
 #include <dynmesh/dynmesh.hpp>
@@ -105,11 +106,36 @@ inline std::string file_of(const std::string& name, std::size_t number) {
 /// Whether there is anything of this name, if only a link to nothing.
 inline bool is_taken(const fs::path& path) { return fs::exists(fs::symlink_status(path)); }
 
+/// Throws if one of numbered files would not be read, as its number is 0 or follows a gap.
+inline void check_numbers(const std::string& name) {
+  const std::string pattern = path_of(name).filename().string();
+  const std::size_t begin = pattern.find('%');
+  std::size_t last = 0;
+  std::error_code ignored;  // reading the first file gives the message of the system
+  const fs::path folder = fs::absolute(path_of(name)).parent_path();
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, ignored)) {
+    const std::string file = entry.path().filename().string();
+    std::size_t number = 0;
+    if (file.size() < begin) continue;
+    const auto read = std::from_chars(file.data() + begin, file.data() + file.size(), number);
+    if (read.ec != std::errc() || file_of(pattern, number) != file) continue;
+    if (number == 0) refuse(file_of(name, 0), "would not be read; number the frames from 1");
+    last = std::max(last, number);
+  }
+  for (std::size_t number = 1; number < last; ++number) {
+    if (fs::exists(path_of(file_of(name, number)))) continue;
+    refuse(file_of(name, number), "is missing, but there is ", file_of(name, last));
+  }
+}
+
 /// Reads frames (n_vertices, 3), which are counted from 1.
 class FrameReader {
  public:
   explicit FrameReader(const std::string& name) : name_(name) {
-    if (is_numbered(name, "obj|ply")) return;
+    if (is_numbered(name, "obj|ply")) {
+      check_numbers(name);
+      return;
+    }
     const fs::path input = name == "-" ? fs::path("/dev/stdin") : path_of(name);
     std::error_code ignored;  // if there is no such file
     if (fs::is_regular_file(input, ignored) && fs::equivalent(input, "/dev/stdout", ignored)) {

@@ -189,7 +189,7 @@ def test_devices_and_links_to_them_get_the_stream(
 
 @pytest.mark.parametrize("suffix", [".obj", ".ply"])
 def test_mesh_files(complete: Any, job: Job, tmp_path: Path, suffix: str) -> None:
-    """Frames 1, 2, ... up to the first number without a file, to files that others can read."""
+    """Frames 1, 2, ... to files that others can read; none that is there is left out."""
     partial, full = tmp_path / f"in%03d{suffix}", tmp_path / "new" / "out" / "%d.ply"
     for number, vertices in enumerate(job.partial[:11], 1):
         frame = dynmesh.Sequence(vertices[None], job.sequence.faces)
@@ -202,6 +202,17 @@ def test_mesh_files(complete: Any, job: Job, tmp_path: Path, suffix: str) -> Non
     )
     assert all((s.faces == job.sequence.faces).all() for s in written)
     assert sorted(full.parent.iterdir()) == sorted(outputs)
+
+    beside = {"in0003.obj", "in%03d.ply", "in12a.obj", "in.ply"}  # of other sequences
+    for name in beside:
+        (tmp_path / name).touch()
+    other = tmp_path / "other" / "%d.ply"
+    for number, told in ((0, "would not be read"), (13, f"{str(partial) % 12}: is missing")):
+        further = Path(str(partial) % number)
+        further.touch()
+        assert told in complete(partial, other, code=1)[1]
+        further.unlink()
+    assert not other.parent.exists()
 
     Path(str(partial) % 4).write_text("v 0 0 nothing")
     (tmp_path / "empty").mkdir()
