@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "api/completion_quality.hpp"
+#include "api/disconnected.hpp"
 #include "api/outliers.hpp"
 #include "api/state.hpp"
 #include "api/stream.hpp"
@@ -45,7 +46,8 @@ struct CompletionSolver final : StreamSolver {
 
   CompletionSolver(StreamMesh& mesh, const Settings& settings, std::vector<Vector3> frame,
                    double epsilon)
-      : StreamSolver(mesh, std::move(frame), settings.disconnected),
+      : StreamSolver(std::move(frame)),
+        disconnected(mesh.topology, settings.disconnected, first_frame),
         outliers(settings.reject_outliers
                      ? std::make_unique<Outliers>(mesh.topology.cells, first_frame)
                      : nullptr),
@@ -61,6 +63,7 @@ struct CompletionSolver final : StreamSolver {
   /// Null if nothing is learned.
   [[nodiscard]] LearnedModes* learned() { return of_detail ? of_detail->learned.get() : nullptr; }
 
+  Disconnected disconnected;
   std::unique_ptr<Outliers> outliers;  ///< null if outliers are not rejected
   CompletionQuality quality;
   std::unique_ptr<OfDetail> of_detail;  ///< one of the two is null
@@ -100,12 +103,15 @@ struct Completer<Real>::Parts final : FrameStream::Parts {
     if (solver.motion) {
       made.iterations =
           solver.motion->estimate(memory.last, next.last, next.known, next.generations);
+      solver.disconnected.complete(memory.last, next.last, next.generations);
       finish();
     } else {
       Detail& detail = solver.of_detail->detail;
       next.generations.classify(mesh->topology.cells, next.known);
       made.iterations = detail.estimate(memory, next, made.stages);
-      finish(detail.rotations_of_components());
+      solver.disconnected.complete(memory.last, next.last, next.generations,
+                                   detail.rotations_of_components());
+      finish();
       detail.remember(memory, next, made.stages);
     }
     next.verdict = memory.verdict;

@@ -24,10 +24,6 @@ StreamMesh::StreamMesh(Faces mesh_faces, std::size_t n_vertices, Index threads,
   }
 }
 
-StreamSolver::StreamSolver(const StreamMesh& mesh, std::vector<Vector3> frame,
-                           DisconnectedRule rule)
-    : first_frame(std::move(frame)), disconnected(mesh.topology, rule, first_frame) {}
-
 FrameStream::Parts::Parts(std::shared_ptr<StreamMesh> of_all, std::shared_ptr<StreamSolver> solver,
                           double largest)
     : mesh(std::move(of_all)),
@@ -58,8 +54,7 @@ void FrameStream::Parts::read(Points<const Real> rows, KnownMask mask) {
   }
 }
 
-void FrameStream::Parts::finish(std::span<const Quaternion> rotations) {
-  shared_solver->disconnected.complete(memory.last, next.last, next.generations, rotations);
+void FrameStream::Parts::finish() {
   mesh->workers.for_each_chunk(static_cast<Index>(n_vertices()), [&](Index first, Index last) {
     for (Index v = first; v < last; ++v) {
       if (!is_in_range(next.last[v], largest_coordinate)) next.last[v] = memory.last[v];

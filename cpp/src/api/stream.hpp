@@ -14,7 +14,6 @@
 #include <utility>
 #include <vector>
 
-#include "api/disconnected.hpp"
 #include "api/published.hpp"
 #include "base/geometry.hpp"
 #include "base/stored_numbers.hpp"
@@ -56,10 +55,9 @@ struct StreamMeshOf final : StreamMesh {
 /// Finds the frames of sequences that begin with the same frame. Nothing is in it on which a later
 /// frame depends, but for the modes of a completer that learns.
 struct StreamSolver {
-  StreamSolver(const StreamMesh& mesh, std::vector<Vector3> frame, DisconnectedRule rule);
+  explicit StreamSolver(std::vector<Vector3> frame) : first_frame(std::move(frame)) {}
 
   std::vector<Vector3> first_frame;
-  Disconnected disconnected;
 };
 
 /// One sequence: its memory, and that of the next frame while it is found.
@@ -96,10 +94,9 @@ struct FrameStream::Parts {
   /// are out of range.
   template <class Real>
   void read(Points<const Real> rows, KnownMask mask);
-  /// Completes the disconnected vertices of the next frame. Then resets vertices whose estimate has
-  /// diverged to the previous frame, since a NaN would spread to later frames, and finds the ages.
-  /// `rotations` are those of the components since the previous frame, or empty.
-  void finish(std::span<const Quaternion> rotations = {});
+  /// Resets vertices whose estimate has diverged to the previous frame, since a NaN would spread to
+  /// later frames, and finds the ages.
+  void finish();
   /// The next frame becomes the last one.
   void advance() noexcept { std::swap(memory, next); }
   /// Copies the last completed frame to the caller's rows.

@@ -30,7 +30,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 /// The last character is the version of the format.
-constexpr StateFormat tracker_state = {'d', 'y', 'n', 't', 'r', 'a', 'c', 'G'};
+constexpr StateFormat tracker_state = {'d', 'y', 'n', 't', 'r', 'a', 'c', 'H'};
 
 /// Says of the whole frame what its measure says.
 void tell_quality(TrackingReport& report) {
@@ -62,7 +62,7 @@ void check_first_scan(const PointScan& scan, const TemplateTracking::Found& foun
 struct TrackingSolver final : StreamSolver {
   TrackingSolver(StreamMesh& mesh, const TrackerSettings& settings, std::vector<Vector3> frame,
                  double epsilon)
-      : StreamSolver(mesh, std::move(frame), DisconnectedRule::follow),
+      : StreamSolver(std::move(frame)),
         surface(mesh.faces, mesh.topology, mesh.workers, first_frame, mesh.training,
                 {at(settings.resolution), settings.uncertainty, epsilon}),
         recovery(mesh, first_frame, settings.recover) {}
@@ -116,15 +116,14 @@ struct Tracker<Real>::Parts final : FrameStream::Parts {
     tell_quality(made);
     std::ranges::copy(found.observed, next.known.begin());
     next.generations.classify(mesh->topology.cells, next.known);
-    const auto generation = next.generations.of_vertices();
-    for (std::size_t v = 0; v < next.last.size(); ++v) {
-      const bool is_found = generation[v] != Generations::disconnected;
-      next.last[v] = is_found ? found.x[v] : memory.last[v];
-    }
+    // Components that were not observed are where their ties hold them.
+    const bool moves = next.generations.anchors() > 0;
+    std::ranges::copy(moves ? found.x : Field(memory.last), next.last.begin());
     finish();
     const Memory& from = again ? *again : memory;
-    surface.measure_errors(from, made.quality == Quality::ruined, next);
-    surface.remember(from, next.generations.anchors() > 0, next);
+    const bool is_lost = made.quality == Quality::ruined;
+    surface.measure_errors(from, is_lost, next);
+    surface.remember(from, moves, is_lost, next);
     recovery.remember(memory, made.measure, is_due, next);
     advance();
     this->put(tracked);

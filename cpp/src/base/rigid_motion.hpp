@@ -13,6 +13,11 @@ inline Eigen::Vector3d to_eigen(const Vector3& v) { return {v.x, v.y, v.z}; }
 
 inline Vector3 from_eigen(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
+/// The matrix of the cross product with a vector, p x.
+inline Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& p) {
+  return (Eigen::Matrix3d() << 0, -p.z(), p.y(), p.z(), 0, -p.x(), -p.y(), p.x(), 0).finished();
+}
+
 /// x -> rotation * (x - from) + to, in double precision.
 struct RigidMotion {
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();

@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <utility>
 
 #include "base/geometry.hpp"
@@ -93,25 +92,6 @@ std::vector<Tie> find_ties(const Topology& topology, Field first_frame, double m
     }
   }
   return ties;
-}
-
-std::vector<std::size_t> find_bodies(const Topology& topology, std::span<const Tie> ties,
-                                     double length) {
-  // A forest, each tree of which is a body, and its root the smallest number of a component.
-  std::vector<std::size_t> bodies(topology.report.components);
-  std::iota(bodies.begin(), bodies.end(), std::size_t{0});
-  const auto root = [&](std::size_t c) {
-    while (bodies[c] != c) c = bodies[c] = bodies[bodies[c]];
-    return c;
-  };
-  for (const Tie& tie : ties) {
-    if (!(squared_norm(tie.kept) <= length * length)) continue;
-    const std::size_t a = root(at(topology.component[tie.i]));
-    const std::size_t b = root(at(topology.component[tie.j]));
-    bodies[std::max(a, b)] = std::min(a, b);
-  }
-  for (std::size_t& body : bodies) body = root(body);
-  return bodies;
 }
 
 }  // namespace dynmesh

@@ -28,9 +28,4 @@ struct Tie {
 std::vector<Tie> find_ties(const Topology& topology, Field first_frame, double mean_edge,
                            double weight);
 
-/// Returns (components,) the number of the body of each component: components are of one body if
-/// ties of at most this length lead from one to the other.
-std::vector<std::size_t> find_bodies(const Topology& topology, std::span<const Tie> ties,
-                                     double length);
-
 }  // namespace dynmesh

@@ -42,6 +42,11 @@ void check_memory(const Memory& memory, double largest) {
       !are_energies(errors.of_noise) || !are_energies(errors.of_shape)) {
     refuse_state("holds standard errors that are none");
   }
+  const auto is_square = [](double x) { return x >= 0; };
+  if (!std::ranges::all_of(memory.departures, is_square) ||
+      !std::ranges::all_of(memory.coarse_departures, is_square)) {
+    refuse_state("holds negative squares");
+  }
   if (memory.is_start > 1) refuse_state("does not tell whether a frame was good");
   const auto is_share = [](double x) { return x >= 0 && x <= 1; };
   const auto is_plausible = [](double a) {

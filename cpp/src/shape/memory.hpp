@@ -93,6 +93,9 @@ struct Memory {
   double lambda = detail_constants.first_lambda;  ///< the weight of noisy anchors, in the unit of K
   FitMemory fit;
   FitMemory coarse_fit;  ///< of the coarse mesh of a tracker
+  /// (pairs,) by how much components that are near in frame 0 moved apart; see LearnedTies.
+  std::vector<double> departures;
+  std::vector<double> coarse_departures;  ///< of the coarse mesh of a tracker
   GainMemory gains;
   ErrorMemory errors;
   Verdict verdict;
@@ -131,6 +134,8 @@ void each_number(Visited& memory, const Visit& visit) {
       visit(*number);
     }
   }
+  visit(memory.departures);
+  visit(memory.coarse_departures);
   visit(memory.errors.errors);
   visit(memory.errors.changes);
   visit(memory.errors.energies);

@@ -21,7 +21,7 @@ Eigen::Map<const Rows3, Eigen::Unaligned, Eigen::OuterStride<4>> matrix_of(Field
 }  // namespace
 
 CoarseSpace::CoarseSpace(const Cells& cells, Field first_frame, const Clusters& clusters,
-                         const Matrix& normal) {
+                         const Matrix& normal, std::span<const Tie> ties) {
   std::vector<Vector3> centres;
   for (const Index centre : clusters.centres) centres.push_back(first_frame[centre]);
   const Clusters patches = cluster_vertices(clusters.neighbours, centres);
@@ -43,6 +43,9 @@ CoarseSpace::CoarseSpace(const Cells& cells, Field first_frame, const Clusters& 
   transposed_ = psi_.transpose();
   const Matrix small = psi_.transpose() * (normal * psi_);
   n_ = small.triangularView<Eigen::Lower>();
+  Matrix tied = n_;
+  add_ties(ties, tied);
+  n_ = n_ + 0 * tied;
   for (Eigen::Index v = 0; v < psi_.rows(); ++v) {
     for (Functions::InnerIterator i(psi_, v); i; ++i) {
       for (Functions::InnerIterator j(psi_, v); j && j.col() <= i.col(); ++j) {
@@ -51,18 +54,38 @@ CoarseSpace::CoarseSpace(const Cells& cells, Field first_frame, const Clusters& 
       }
     }
   }
-  factor_.analyzePattern(with_blocks(Blocks(n_.nonZeros(), Eigen::Matrix3d::Zero())));
+  factor_.analyzePattern(with_blocks(n_, Blocks(n_.nonZeros(), Eigen::Matrix3d::Zero())));
 }
 
-/// The lower triangle of the matrix of all coordinates: n_, and a block for each entry of it.
-CoarseSpace::Matrix CoarseSpace::with_blocks(const Blocks& blocks) const {
-  Matrix matrix(3 * n_.rows(), 3 * n_.cols());
-  matrix.reserve(9 * n_.nonZeros());
+/// Adds Psi^T (e_i - e_j) w (e_i - e_j)^T Psi for each tie, in the lower triangle.
+void CoarseSpace::add_ties(std::span<const Tie> ties, Matrix& n) const {
+  for (const Tie& tie : ties) {
+    const auto end = [&](std::uint32_t v, double sign, const auto& visit) {
+      for (Functions::InnerIterator psi(psi_, static_cast<Index>(v)); psi; ++psi) {
+        visit(psi.col(), sign * psi.value());
+      }
+    };
+    const auto both_ends = [&](const auto& visit) {
+      end(tie.i, 1, visit);
+      end(tie.j, -1, visit);
+    };
+    both_ends([&](auto row, double a) {
+      both_ends([&](auto column, double b) {
+        if (column <= row) n.coeffRef(row, column) += tie.weight * a * b;
+      });
+    });
+  }
+}
+
+/// The lower triangle of the matrix of all coordinates: `n`, and a block for each entry of it.
+CoarseSpace::Matrix CoarseSpace::with_blocks(const Matrix& n, const Blocks& blocks) const {
+  Matrix matrix(3 * n.rows(), 3 * n.cols());
+  matrix.reserve(9 * n.nonZeros());
   for (Eigen::Index column = 0; column < matrix.cols(); ++column) {
     matrix.startVec(column);
     const auto c = column % 3;
-    for (Matrix::InnerIterator entry(n_, column / 3); entry; ++entry) {
-      const auto& block = blocks[&entry.value() - n_.valuePtr()];
+    for (Matrix::InnerIterator entry(n, column / 3); entry; ++entry) {
+      const auto& block = blocks[&entry.value() - n.valuePtr()];
       for (Eigen::Index r = entry.row() == entry.col() ? c : 0; r < 3; ++r) {
         matrix.insertBack(3 * entry.row() + r, column) = block(r, c) + (r == c ? entry.value() : 0);
       }
@@ -73,7 +96,7 @@ CoarseSpace::Matrix CoarseSpace::with_blocks(const Blocks& blocks) const {
 }
 
 void CoarseSpace::factorize(std::span<const SurfaceRow> rows, double factor,
-                            std::span<const double> held) {
+                            std::span<const double> held, std::span<const Tie> ties) {
   Blocks at_vertices(psi_.rows(), Eigen::Matrix3d::Zero());
   for (const SurfaceRow& row : rows) {
     const Eigen::Matrix3d block = to_eigen(row.normal) * to_eigen(row.normal).transpose();
@@ -91,7 +114,9 @@ void CoarseSpace::factorize(std::span<const SurfaceRow> rows, double factor,
       }
     }
   }
-  factor_.factorize(with_blocks(blocks));
+  Matrix n = n_;
+  add_ties(ties, n);
+  factor_.factorize(with_blocks(n, blocks));
 }
 
 void CoarseSpace::add(Field residual, std::span<Vector3> x, Workers& workers) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/workers.hpp"
+#include "mesh/ties.hpp"
 #include "shape/rotations.hpp"
 #include "surface_fit/surface_rows.hpp"
 
@@ -27,13 +28,15 @@ class CoarseSpace {
  public:
   using Matrix = Eigen::SparseMatrix<double>;
 
-  /// `clusters` are those of frame 0, `normal` is N.
-  CoarseSpace(const Cells& cells, Field first_frame, const Clusters& clusters,
-              const Matrix& normal);
+  /// `clusters` are those of frame 0, `normal` is N without ties.
+  CoarseSpace(const Cells& cells, Field first_frame, const Clusters& clusters, const Matrix& normal,
+              std::span<const Tie> ties);
 
   /// Factors the small system for rows whose weights are multiplied by `factor`. `held` (k,) are
-  /// further weights, of the three coordinates alike.
-  void factorize(std::span<const SurfaceRow> rows, double factor, std::span<const double> held);
+  /// further weights, of the three coordinates alike. The
+  /// ties are those of the constructor, with their current weights.
+  void factorize(std::span<const SurfaceRow> rows, double factor, std::span<const double> held,
+                 std::span<const Tie> ties);
 
   /// Adds the approximation of A^-1 times `residual` (k,) to `x` (k,).
   void add(Field residual, std::span<Vector3> x, Workers& workers);
@@ -42,11 +45,14 @@ class CoarseSpace {
   using Functions = Eigen::SparseMatrix<double, Eigen::RowMajor>;
   using Blocks = std::vector<Eigen::Matrix3d>;
 
-  [[nodiscard]] Matrix with_blocks(const Blocks& blocks) const;
+  [[nodiscard]] Matrix with_blocks(const Matrix& n, const Blocks& blocks) const;
+  void add_ties(std::span<const Tie> ties, Matrix& n) const;
 
   Functions psi_;
   Functions transposed_;  // of which threads take rows
-  Matrix n_;  // the lower triangle of Psi^T N Psi, in which the three coordinates are alike
+  // The lower triangle of Psi^T N Psi, in which the three coordinates are alike, with an entry
+  // wherever there is one for N with ties.
+  Matrix n_;
   // Of each two patches whose functions meet at a vertex, the number of their entry in n_.
   std::vector<std::uint32_t> entry_of_;
   Eigen::SimplicialLLT<Matrix> factor_;

@@ -111,6 +111,7 @@ void CoarseSurface::choose(const Memory& memory, Memory& coarse) const {
     coarse.q[c] = memory.q[v];
   }
   coarse.fit = memory.coarse_fit;
+  coarse.departures = memory.coarse_departures;
 }
 
 /// As method detail: Q is turned further as the coarse vertices were, and X is solved for; then Q

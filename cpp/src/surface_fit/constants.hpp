@@ -86,8 +86,18 @@ struct TrackingConstants {
   /// nothing else does, and keeps cloth from sliding far along itself for the few points that first
   /// tell of a fold.
   double hold = 1e-4;
-  /// The weight of ties of components where they touch.
+  /// The weight of ties of components where they touch, the departure at which a tie has a quarter
+  /// of its weight, and the share of a squared departure that counts a frame later.
   double tie_weight = 0.3;
+  double tie_departure = 0.3;
+  double kept_departure = 0.9;
+  /// While components move rigidly, ties weigh as much as one point and this share of the points of
+  /// a component, and at first so many times more, so that all components move as one; each step
+  /// divides that. They draw to the differences of frame 0 by a share of what is off.
+  double tie_share = 0.2;
+  double first_stiffness = 30;
+  double stiffness_growth = 3;
+  double tie_pull = 0.1;
   /// Six points determine a rigid motion, if all are good. Fewer than this move no surface rigidly,
   /// and components whose points have a smaller sum of weights are not drawn to them.
   std::size_t fewest = 12;

@@ -42,9 +42,8 @@ NonrigidStep::NonrigidStep(const ShapeModel& model, std::span<const Triangle> fa
       fit_(ShapeFit::Of::rest, topology_.cells, workers, 0, model.modes),
       error_bars_(topology_.cells, workers, has_uncertainty, noise_of_points(materials)),
       membrane_(faces, model.first_frame, model.mean_edge, system_.membrane(), workers),
-      surface_system_(
-          system_, model, constants,
-          find_ties(topology_, model.first_frame, model.mean_edge, constants.tie_weight), workers),
+      ties_(topology_, model.first_frame, model.mean_edge, constants),
+      surface_system_(system_, model, constants, ties_.ties(), workers),
       anchors_(model.size(), true),
       rest_(model.first_shape),
       wanted_(model.size()),
@@ -60,11 +59,16 @@ void NonrigidStep::begin(Memory& memory) const {
   memory.m = model_.first_shape;
   if (model_.is_trained) memory.fit.coefficients = ShapeFit::no_coefficients();
   memory.errors = error_bars_.no_errors();
+  memory.departures = ties_.no_departures();
+}
+
+void NonrigidStep::turn_to(Field x, std::span<const double> departures, Memory& next) {
+  rotations_.fit(x, next.q);
+  ties_.set_weights(ties_.departed(x, next.q, departures));
 }
 
 bool NonrigidStep::take(const Draw& draw, Field m, std::span<Vector3> x, Memory& next) {
   if (draw.rows.empty() && draw.landmarks.empty()) return false;
-  rotations_.fit(x, next.q);
   if (draw.mode_weights > 0 && model_.is_trained) {
     fit_modes(draw, m, x, next);
     surface_system_.factorize_again();
@@ -86,9 +90,8 @@ void NonrigidStep::find_forces(Field x, std::span<const Quaternion> q, double yi
   find_resistance(yields_beyond);
   system_.apply_transposed(kx_, forces_);
   membrane_.add_forces(x, forces_);
-  for (const Tie& tie : surface_system_.ties()) {
-    const auto turned = 0.5 * (rotated(q[tie.i], tie.kept) + rotated(q[tie.j], tie.kept));
-    const auto force = tie.weight * (turned - (x[tie.i] - x[tie.j]));
+  for (const Tie& tie : ties_.ties()) {
+    const auto force = tie.weight * (LearnedTies::kept(tie, q) - (x[tie.i] - x[tie.j]));
     forces_[tie.i] = forces_[tie.i] + force;
     forces_[tie.j] = forces_[tie.j] - force;
   }

@@ -17,6 +17,7 @@
 #include "shape/shape_system.hpp"
 #include "surface_fit/cloth.hpp"
 #include "surface_fit/constants.hpp"
+#include "surface_fit/learned_ties.hpp"
 #include "surface_fit/membrane.hpp"
 #include "surface_fit/surface_rows.hpp"
 #include "surface_fit/surface_system.hpp"
@@ -36,7 +37,7 @@ class NonrigidStep {
 
   /// What is remembered of frame 0.
   void begin(Memory& memory) const;
-  [[nodiscard]] std::span<const Tie> ties() const { return surface_system_.ties(); }
+  [[nodiscard]] LearnedTies& ties() { return ties_; }
 
   /// What `take` takes.
   struct Draw {
@@ -50,13 +51,16 @@ class NonrigidStep {
     /// weights of the rows.
     double mode_weights = 0;
   };
+  /// Finds Q for X, in `next`, and how strongly ties hold X. `departures` are those of the last
+  /// frame.
+  void turn_to(Field x, std::span<const double> departures, Memory& next);
   /// Factors the preconditioner of the next steps for these rows and landmarks, or for others with
   /// about their weights times `factor`.
   void factorize(std::span<const SurfaceRow> rows, std::span<const Landmark> landmarks,
                  double factor) {
     surface_system_.factorize(rows, landmarks, factor);
   }
-  /// Finds Q for X, and then X for the rows and landmarks; (k,) `m` is the shape of the last frame.
+  /// Finds X for the rows and landmarks, after `turn_to`; (k,) `m` is the shape of the last frame.
   /// `next` holds Q, and what was remembered of modes. Without rows and landmarks, X stays and the
   /// result is false.
   bool take(const Draw& draw, Field m, std::span<Vector3> x, Memory& next);
@@ -94,6 +98,7 @@ class NonrigidStep {
   ShapeFit fit_;
   ErrorBars error_bars_;
   Membrane membrane_;
+  LearnedTies ties_;
   SurfaceSystem surface_system_;
 
   // Of the current frame:

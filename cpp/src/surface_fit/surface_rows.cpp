@@ -5,43 +5,59 @@
 #include <numeric>
 
 #include "base/geometry.hpp"
-#include "base/rigid_motion.hpp"
 
 namespace dynmesh {
-Eigen::Isometry3d fit_to_planes(std::span<const SurfaceRow> rows, Field x) {
-  const auto nothing = Eigen::Isometry3d::Identity();
-  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
-  double total = 0;
+PlaneMotion::PlaneMotion(std::span<const SurfaceRow> rows, Field x) {
   for (const SurfaceRow& row : rows) {
     centre += row.weight * to_eigen(row.on(x));
-    total += row.weight;
+    weight += row.weight;
   }
-  if (!(total > 0)) return nothing;
-  centre /= total;
+  if (!(weight > 0)) return;
+  centre /= weight;
   double square = 0;
   for (const SurfaceRow& row : rows) {
     square += row.weight * (to_eigen(row.on(x)) - centre).squaredNorm();
   }
-  const double reach = std::sqrt(square / total);
-  if (!(reach > 0) || !std::isfinite(reach)) return nothing;
-  Eigen::Matrix<double, 6, 6> normal = Eigen::Matrix<double, 6, 6>::Zero();
-  Eigen::Matrix<double, 6, 1> right = Eigen::Matrix<double, 6, 1>::Zero();
+  const double root = std::sqrt(square / weight);
+  if (!(root > 0) || !std::isfinite(root)) {
+    weight = 0;
+    return;
+  }
+  reach = root;
   for (const SurfaceRow& row : rows) {
     const Eigen::Vector3d arm = to_eigen(row.on(x)) - centre;
     const Eigen::Vector3d n = to_eigen(row.normal);
-    Eigen::Matrix<double, 6, 1> moved;
+    Vector moved;
     moved << (arm / reach).cross(n), n;
     normal += row.weight * moved * moved.transpose();
     right += row.weight * n.dot(to_eigen(row.point) - centre - arm) * moved;
   }
   constexpr double caution = 1e-3;  // the share of the mean diagonal that is added
   normal.diagonal().array() += caution * normal.trace() / 6;
-  const Eigen::Matrix<double, 6, 1> solution = normal.ldlt().solve(right);
-  if (!solution.allFinite()) return nothing;
+}
+
+PlaneMotion::PlaneMotion(Field positions) {
+  for (const Vector3& position : positions) centre += to_eigen(position);
+  centre /= static_cast<double>(positions.size());
+  double square = 0;
+  for (const Vector3& position : positions) square += (to_eigen(position) - centre).squaredNorm();
+  const double root = std::sqrt(square / static_cast<double>(positions.size()));
+  if (root > 0 && std::isfinite(root)) reach = root;  // else a single vertex
+}
+
+Eigen::Isometry3d PlaneMotion::motion(const Vector& solution) const {
   const Eigen::Vector3d turn = solution.head<3>() / reach;
   const Eigen::AngleAxisd rotation(turn.norm(), turn.normalized());
   return Eigen::Translation3d(centre + solution.tail<3>()) * rotation *
          Eigen::Translation3d(-centre);
+}
+
+Eigen::Isometry3d fit_to_planes(std::span<const SurfaceRow> rows, Field x) {
+  const auto nothing = Eigen::Isometry3d::Identity();
+  const PlaneMotion sums(rows, x);
+  if (!(sums.weight > 0)) return nothing;
+  const PlaneMotion::Vector solution = sums.normal.ldlt().solve(sums.right);
+  return solution.allFinite() ? sums.motion(solution) : nothing;
 }
 
 RowProduct::RowProduct(std::span<const SurfaceRow> rows, std::size_t k, Workers& workers)

@@ -2,12 +2,15 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <dynmesh/types.hpp>
 #include <span>
 #include <vector>
 
+#include "base/rigid_motion.hpp"
 #include "base/workers.hpp"
 #include "surface_fit/surface_places.hpp"
 
@@ -21,10 +24,42 @@ struct SurfaceRow : Place {
   double weight = 0;  ///< w
 };
 
-/// Returns the motion that brings the places of rows on a surface X closest to the planes of their
-/// points: point-to-plane ICP (Chen and Medioni 1992), linearised, but with a proper rotation. What
-/// the planes hardly determine, as of a sphere, stays small.
+/// The linearised rigid motion that brings the places of rows on a surface X closest to the planes
+/// of their points: point-to-plane ICP (Chen and Medioni 1992). What the planes hardly determine,
+/// as of a sphere, stays small. The unknowns are a rotation vector times `reach`, and a shift.
+struct PlaneMotion {
+  using Matrix = Eigen::Matrix<double, 6, 6>;
+  using Vector = Eigen::Matrix<double, 6, 1>;
+
+  /// Sums up rows on X.
+  PlaneMotion(std::span<const SurfaceRow> rows, Field x);
+  /// Of no row, for a surface with these positions.
+  explicit PlaneMotion(Field positions);
+
+  /// The rigid motion for a solution, with a proper rotation.
+  [[nodiscard]] Eigen::Isometry3d motion(const Vector& solution) const;
+
+  double weight = 0;  ///< the sum of the weights of the rows
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+  double reach = 1;  ///< the root mean square distance from the centre
+  Matrix normal = Matrix::Zero();
+  Vector right = Vector::Zero();
+};
+
+/// Returns that motion; the identity if the rows determine none.
 Eigen::Isometry3d fit_to_planes(std::span<const SurfaceRow> rows, Field x);
+
+/// Moves each vertex v by `motion_of(v)`. Returns the square of the largest distance.
+template <class MotionOf>
+double move(std::span<Vector3> x, const MotionOf& motion_of) {
+  double largest = 0;
+  for (std::size_t v = 0; v < x.size(); ++v) {
+    const Eigen::Vector3d moved = motion_of(v) * to_eigen(x[v]);
+    largest = std::max(largest, (moved - to_eigen(x[v])).squaredNorm());
+    x[v] = from_eigen(moved);
+  }
+  return largest;
+}
 
 /// Half of the Hessian of the energy of rows, and of its negative gradient. The sums at a vertex
 /// are those of its rows in their order, whichever thread takes them.

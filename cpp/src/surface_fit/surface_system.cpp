@@ -8,31 +8,15 @@
 #include "linear/conjugate_gradients.hpp"
 
 namespace dynmesh {
-namespace {
-
-/// The matrix of the energies of a shape and of ties.
-SparseMatrix tied(SparseMatrix normal, std::span<const Tie> ties) {
-  for (const auto& [i, j, weight, kept] : ties) {
-    const auto [a, b] = std::array{static_cast<Index>(i), static_cast<Index>(j)};
-    normal.coeffRef(a, a) += weight;
-    normal.coeffRef(b, b) += weight;
-    normal.coeffRef(a, b) -= weight;
-    normal.coeffRef(b, a) -= weight;
-  }
-  return normal;
-}
-
-}  // namespace
-
 SurfaceSystem::SurfaceSystem(ShapeSystem& shape, const ShapeModel& model,
-                             const TrackingConstants& constants, std::vector<Tie> ties,
+                             const TrackingConstants& constants, std::span<const Tie> ties,
                              Workers& workers)
     : shape_(shape),
       constants_(constants),
       workers_(workers),
-      ties_(std::move(ties)),
+      ties_(ties),
       coarse_(model.topology.cells, model.first_frame, model.clusters(),
-              tied(normal_matrix(model.k, shape.membrane()), ties_)),
+              normal_matrix(model.k, shape.membrane()), ties_),
       anchors_(model.size(), true) {
   std::ranges::fill(anchors_.is_solved, std::uint8_t{1});
   anchors_.n_solved = model.size();
@@ -59,7 +43,7 @@ void SurfaceSystem::factorize(std::span<const SurfaceRow> rows, std::span<const 
     anchors_.weights[tie.j] += tie.weight;
   }
   shape_.factorize(anchors_);
-  coarse_.factorize(rows, factor, weights);
+  coarse_.factorize(rows, factor, weights, ties_);
 }
 
 void SurfaceSystem::solve(std::span<const SurfaceRow> rows, std::span<const Landmark> landmarks,

@@ -30,11 +30,10 @@ struct Landmark {
 /// rows at the vertices on the diagonal, which has k, and a coarse space.
 class SurfaceSystem {
  public:
-  /// `shape`, `constants` and `workers` must outlive this object.
+  /// `shape`, `constants`, `ties`, whose weights may change, and `workers` must outlive this
+  /// object.
   SurfaceSystem(ShapeSystem& shape, const ShapeModel& model, const TrackingConstants& constants,
-                std::vector<Tie> ties, Workers& workers);
-
-  [[nodiscard]] std::span<const Tie> ties() const { return ties_; }
+                std::span<const Tie> ties, Workers& workers);
 
   /// Factors the preconditioner for rows whose weights are multiplied by `factor`. It serves for
   /// others with about these weights, until the shape's system is factored for something else.
@@ -54,7 +53,7 @@ class SurfaceSystem {
   ShapeSystem& shape_;
   const TrackingConstants& constants_;
   Workers& workers_;
-  std::vector<Tie> ties_;
+  std::span<const Tie> ties_;
   CoarseSpace coarse_;
   Anchors anchors_;  // all vertices are solved for
 };

@@ -3,14 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <optional>
-#include <set>
 #include <utility>
 
 #include "base/geometry.hpp"
-#include "base/rigid_motion.hpp"
-#include "mesh/ties.hpp"
 #include "surface_fit/cloth.hpp"
+#include "surface_fit/joint_motion.hpp"
 
 namespace dynmesh {
 namespace {
@@ -41,13 +38,11 @@ SurfaceTracking::SurfaceTracking(std::vector<Triangle> faces, const Topology& to
       shape_(model_, faces_, workers, constants_, materials_, has_uncertainty),
       matches_(faces_, topology, workers, constants_, first_frame, model_.mean_edge, materials_,
                model_.clusters()),
-      bodies_(find_bodies(topology, shape_.ties(), constants_.radius * model_.mean_edge)),
       all_slide_(std::ranges::all_of(materials_, &Material::slides)),
       any_slides_(std::ranges::any_of(materials_, &Material::slides)),
       points_at_first_(any_slides_ ? all : constants_.points_of_vertex * first_frame.size()),
-      rigid_points_(std::min(
-          points_at_first_,
-          constants_.rigid_points * std::set<std::size_t>(bodies_.begin(), bodies_.end()).size())),
+      rigid_points_(
+          std::min(points_at_first_, constants_.rigid_points * topology.report.components)),
       x_(first_frame.begin(), first_frame.end()),
       observed_(first_frame.size()) {}
 
@@ -65,10 +60,10 @@ int SurfaceTracking::find(const Memory& memory, const PointScan& measurement, co
                           Memory& next) {
   start(memory, measurement, next);
   predict(memory);
-  const int iterations = approach(guides.fewest_iterations);
+  const int iterations = approach(memory, guides.fewest_iterations);
   std::vector<Vector3> before = x_;
   for (int left = iterations; left-- > 0;) {
-    if (!iterate(left, left == 1, constants_.settled, guides, memory.m, next)) break;
+    if (!iterate(left, left == 1, constants_.settled, guides, memory, next)) break;
     // The last iteration begins where the one before it ended.
     if (left > 1) carry_on(x_, before, constants_.prediction);
   }
@@ -90,7 +85,7 @@ SurfaceTracking::Found SurfaceTracking::settle(const Memory& memory, int most_it
   double largest = std::numeric_limits<double>::infinity();
   for (int i = 0; i < most_iterations && !lies_still(largest); ++i) {
     const std::vector<Vector3> before = x_;
-    iterate(0, i == 0, constants_.whole_settled, {}, memory.m, next);
+    iterate(0, i == 0, constants_.whole_settled, {}, memory, next);
     largest = 0;
     for (std::size_t v = 0; v < x_.size(); ++v) {
       largest = std::max(largest, squared_norm(x_[v] - before[v]));
@@ -123,41 +118,36 @@ void SurfaceTracking::predict(const Memory& memory) {
   }
 }
 
-/// Moves each body to the planes of its points, or of all points if it has few. Returns the square
-/// of the largest distance that a vertex moved.
-double SurfaceTracking::move_bodies(const Matches::Rows& rows) {
-  const Topology& topology = model_.topology;
-  std::vector<Matches::Rows> of_bodies(bodies_.size());
-  for (const SurfaceRow& row : rows) {
-    of_bodies[bodies_[at(topology.component[row.corners[0]])]].push_back(row);
+/// What ties keep while components move rigidly: the differences of the last frame, and a share of
+/// those of frame 0, since the points of many frames may tell little of some directions.
+std::vector<Vector3> SurfaceTracking::wanted_differences(const Memory& memory) {
+  std::vector<Vector3> differences;
+  for (const Tie& tie : shape_.ties().ties()) {
+    const auto last = memory.last[tie.i] - memory.last[tie.j];
+    const auto first = LearnedTies::kept(tie, memory.q);
+    differences.push_back(last + constants_.tie_pull * (first - last));
   }
-  std::optional<Eigen::Isometry3d> of_all;
-  std::vector<Eigen::Isometry3d> motions(bodies_.size());
-  for (std::size_t body = 0; body < bodies_.size(); ++body) {
-    if (bodies_[body] != body) continue;
-    const bool has_few = of_bodies[body].size() < constants_.fewest;
-    if (has_few && !of_all) of_all = fit_to_planes(rows, x_);
-    motions[body] = has_few ? *of_all : fit_to_planes(of_bodies[body], x_);
-  }
-  double largest = 0;
-  for (std::size_t v = 0; v < x_.size(); ++v) {
-    const Eigen::Vector3d moved = motions[bodies_[at(topology.component[v])]] * to_eigen(x_[v]);
-    largest = std::max(largest, (moved - to_eigen(x_[v])).squaredNorm());
-    x_[v] = from_eigen(moved);
-  }
-  return largest;
+  return differences;
 }
 
-/// Moves X to the points until it lies still, and returns how many iterations are left: the farther
-/// the points are, the more slowly their weight grows.
-int SurfaceTracking::approach(int fewest_iterations) {
+/// Moves the components of X rigidly to the points until they lie still, first as one, then each to
+/// its own points. Returns how many iterations are left: the farther the points are, the more
+/// slowly their weight grows.
+int SurfaceTracking::approach(const Memory& memory, int fewest_iterations) {
   const Search search = {
       .walked = constants_.radius, .points = rigid_points_, .scale = constants_.radius / 2};
+  LearnedTies& ties = shape_.ties();
+  auto differences = wanted_differences(memory);
+  double stiffness = ties.ties().empty() ? 1 : constants_.first_stiffness;
   for (int step = 0; step < constants_.most_iterations; ++step) {
     const Matches::Rows& rows = matches_.find(x_, search);
     // Cloth bends while it moves, which its planes cannot tell from a rigid motion along it.
     if (all_slide_ || rows.size() < constants_.fewest) break;
-    if (lies_still(move_bodies(rows))) break;
+    ties.set_weights(ties.departed(x_, differences, memory.departures));
+    const double moved =
+        move_jointly(rows, ties.ties(), stiffness, model_.topology, constants_, x_, differences);
+    if (stiffness == 1 && lies_still(moved)) break;
+    stiffness = std::max(1.0, stiffness / constants_.stiffness_growth);
   }
   if (any_slides_) return constants_.most_iterations;
   const double distance = matches_.distance_of(constants_.far_share);
@@ -168,7 +158,7 @@ int SurfaceTracking::approach(int fewest_iterations) {
 /// Matches the points with X, and then finds X for these and the landmarks; `left` iterations are
 /// to follow. Returns false if there are neither.
 bool SurfaceTracking::iterate(int left, bool fits_modes, double settled, const Guides& guides,
-                              Field m, Memory& next) {
+                              const Memory& memory, Memory& next) {
   const double last_weight = guides.times_weight * constants_.last_weight;
   const double weight =
       std::max(constants_.first_weight, last_weight * std::pow(constants_.weight_growth, -left));
@@ -177,14 +167,15 @@ bool SurfaceTracking::iterate(int left, bool fits_modes, double settled, const G
                                                  .weight = weight,
                                                  .looks_farther = !arrives,
                                                  .points = arrives ? all : points_at_first_});
+  shape_.turn_to(x_, memory.departures, next);
   if (!(weight < constants_.factored_growth * factored_weight_)) {
     const double growth = std::min(constants_.factored_growth, last_weight / weight);
     shape_.factorize(rows, guides.landmarks, std::sqrt(growth));
     factored_weight_ = weight;
   }
   const double mode_weights = fits_modes ? constants_.first_weight / weight : 0;
-  return shape_.take({rows, guides.landmarks, guides.yields_beyond, settled, mode_weights}, m, x_,
-                     next);
+  return shape_.take({rows, guides.landmarks, guides.yields_beyond, settled, mode_weights},
+                     memory.m, x_, next);
 }
 
 SurfaceTracking::Found SurfaceTracking::observe(int iterations) {
@@ -232,6 +223,7 @@ void SurfaceTracking::bend(const Guides& guides, int steps, Memory& memory) {
       const auto& start = memory.last[moving[i].vertex];
       moving[i].target = start + share * (guides.landmarks[i].target - start);
     }
+    shape_.turn_to(x_, memory.departures, bent);
     shape_.take({{}, moving, guides.yields_beyond, constants_.settled}, memory.m, x_, bent);
   }
   place(x_, memory);

@@ -81,6 +81,12 @@ class SurfaceTracking {
   /// Completes the next memory by the completed frame `next.last` of what `fit` has just found, and
   /// does not throw. Velocities are 0 if nothing was found in it.
   void remember(const Memory& memory, bool moves, Memory& next);
+  /// (pairs,) by how much components have moved apart in a frame, after frames that left
+  /// `departures`.
+  [[nodiscard]] std::vector<double> departures(const Memory& frame,
+                                               std::span<const double> departures) {
+    return shape_.ties().departed(frame.last, frame.q, departures);
+  }
   /// Finds the standard errors of the frame that `fit` has just found, and does not throw. Where
   /// the surface was lost, the far points tell how far from it unseen vertices may be.
   void measure_errors(const Memory& memory, bool is_lost, Memory& next) {
@@ -115,10 +121,10 @@ class SurfaceTracking {
 
  private:
   void predict(const Memory& memory);
-  double move_bodies(const Matches::Rows& rows);
-  int approach(int fewest_iterations);
-  bool iterate(int left, bool fits_modes, double settled, const Guides& guides, Field m,
-               Memory& next);
+  [[nodiscard]] std::vector<Vector3> wanted_differences(const Memory& memory);
+  int approach(const Memory& memory, int fewest_iterations);
+  bool iterate(int left, bool fits_modes, double settled, const Guides& guides,
+               const Memory& memory, Memory& next);
   Found observe(int iterations);
   Found compared(int iterations);
   /// Whether no vertex moved farther than the root of this.
@@ -132,7 +138,6 @@ class SurfaceTracking {
   std::vector<Material> materials_;
   NonrigidStep shape_;
   Matches matches_;
-  std::vector<std::size_t> bodies_;  // (components,) which of them move rigidly together
   bool all_slide_, any_slides_;
   std::size_t points_at_first_, rigid_points_;  // of which a part suffices
 

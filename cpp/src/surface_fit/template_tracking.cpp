@@ -45,26 +45,41 @@ TemplateTracking::Coarse::Coarse(DecimatedMesh mesh, SurfaceTracking& whole,
   tracking.begin(memory);
   next = memory;
   first_fit = memory.fit;
+  no_departures = memory.departures;
 }
 
 void TemplateTracking::begin(Memory& memory) const {
   whole_.begin(memory);
-  if (coarse_ != nullptr) memory.coarse_fit = coarse_->first_fit;
+  if (coarse_ == nullptr) return;
+  memory.coarse_fit = coarse_->first_fit;
+  memory.coarse_departures = coarse_->no_departures;
 }
 
 TemplateTracking::Found TemplateTracking::fit(const Memory& memory, const PointScan& measurement,
                                               Memory& next) {
   if (coarse_ == nullptr) return whole_.fit(memory, measurement, {}, next);
-  auto& [surface, tracking, last, found, first_fit] = *coarse_;
+  auto& [surface, tracking, last, found, first_fit, no_departures] = *coarse_;
   surface.choose(memory, last);
   tracking.find_shape(last);
   const int iterations = tracking.find(last, measurement, {}, found);
   std::ranges::copy(tracking.x(), found.last.begin());
   tracking.fit_rotations(found);
   next.coarse_fit = found.fit;
+  next.coarse_departures = tracking.departures(found, memory.coarse_departures);
   const std::span<Vector3> x = whole_.start(memory, measurement, next);
   surface.restore(last, found, memory, whole_.rest_shape(), next, x);
   return whole_.settle(memory, is_live_ ? 0 : constants().whole_iterations, iterations, next);
+}
+
+/// A frame in which the template was lost says nothing of what moves apart.
+void TemplateTracking::remember(const Memory& memory, bool moves, bool is_lost, Memory& next) {
+  whole_.remember(memory, moves, next);
+  if (!is_lost) {
+    next.departures = whole_.departures(next, memory.departures);
+  } else {
+    next.departures = memory.departures;
+    next.coarse_departures = memory.coarse_departures;
+  }
 }
 
 }  // namespace dynmesh

@@ -35,9 +35,7 @@ class TemplateTracking {
   void begin(Memory& memory) const;
   /// As those of SurfaceTracking.
   Found fit(const Memory& memory, const PointScan& measurement, Memory& next);
-  void remember(const Memory& memory, bool moves, Memory& next) {
-    whole_.remember(memory, moves, next);
-  }
+  void remember(const Memory& memory, bool moves, bool is_lost, Memory& next);
   void measure_errors(const Memory& memory, bool is_lost, Memory& next) {
     whole_.measure_errors(memory, is_lost, next);
   }
@@ -55,6 +53,7 @@ class TemplateTracking {
     SurfaceTracking tracking;
     Memory memory, next;  // of the current frame
     FitMemory first_fit;
+    std::vector<double> no_departures;
   };
 
   SurfaceTracking whole_;

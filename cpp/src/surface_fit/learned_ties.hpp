@@ -1,0 +1,58 @@
+/// Ties between the components of a tracked surface, which let go of what moves apart.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <dynmesh/topology.hpp>
+#include <dynmesh/types.hpp>
+#include <span>
+#include <vector>
+
+#include "base/geometry.hpp"
+#include "mesh/ties.hpp"
+#include "shape/rotations.hpp"
+#include "surface_fit/constants.hpp"
+
+namespace dynmesh {
+
+/// The ties of a pair of components have the weight w = tau / (1 + s^2 / sigma^2)^2, a redescending
+/// estimator (Geman and McClure 1985). s^2 is the mean square by which they depart from frame 0, in
+/// squared mean edges: now, or in earlier frames, of which each counts less than the next. What
+/// moves together stays tied, and what slides or leaves is let go, as soon as its points draw it
+/// away.
+class LearnedTies {
+ public:
+  LearnedTies(const Topology& topology, Field first_frame, double mean_edge,
+              const TrackingConstants& constants);
+
+  /// Their weights are those that were set last.
+  [[nodiscard]] std::span<const Tie> ties() const { return ties_; }
+  /// (pairs,) s^2 of frame 0.
+  [[nodiscard]] std::vector<double> no_departures() const {
+    return std::vector<double>(n_pairs_, 0.0);
+  }
+  /// The difference X_i - X_j that is kept: that of frame 0, turned by Q.
+  static Vector3 kept(const Tie& tie, std::span<const Quaternion> q) {
+    return 0.5 * (rotated(q[tie.i], tie.kept) + rotated(q[tie.j], tie.kept));
+  }
+
+  /// (pairs,) s^2 for the differences that X should have, one for each tie, after frames that left
+  /// `departures` (pairs,).
+  [[nodiscard]] std::vector<double> departed(Field x, Field differences,
+                                             std::span<const double> departures) const;
+  /// The same for the differences that are kept.
+  [[nodiscard]] std::vector<double> departed(Field x, std::span<const Quaternion> q,
+                                             std::span<const double> departures) const;
+  /// Sets the weights to those for s^2 (pairs,).
+  void set_weights(std::span<const double> departures);
+
+ private:
+  const TrackingConstants& constants_;
+  double mean_edge_;
+  std::vector<Tie> ties_;
+  std::vector<double> weights_;  // tau of each tie
+  std::size_t n_pairs_ = 0;
+  std::vector<std::uint32_t> pair_of_;  // of each tie
+};
+
+}  // namespace dynmesh
