@@ -92,7 +92,6 @@ inline constexpr struct FirstOrderConstants {
   /// those left out.
   double rings = 1.5;
   /// A component with fewer errors, older ones counting less, shares those of all such components.
-  /// With fewer errors, a group has no share.
   double least_count = 12;
 
   /// The share of earlier sums that is kept when those of a frame are added.

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/geometry.hpp"
+#include "mesh/clusters.hpp"
 #include "shape/constants.hpp"
 #include "shape/random_signs.hpp"
 #include "shape/rotations.hpp"
@@ -58,6 +59,7 @@ FirstOrder::FirstOrder(const ShapeModel& model, std::shared_ptr<const FactorPlan
       factor_(SparseMatrix(*laplacian_.c), workers),
       nearby_l_(factor_.plan(), workers),
       nearby_n_(std::move(of_detail), workers),
+      order_(in_order(topology_.cells, model.first_frame)),
       drawn_(topology_.report.components),
       is_free_(model.size()),
       of_detail_(model.size()),
@@ -78,8 +80,9 @@ double FirstOrder::improve(const Frame& frame, const Generations& generations,
   return mix(frame, generations, scratch, memory.components);
 }
 
-/// Draws the anchors to leave out, at equal distances among those of a component, so that all
-/// frames have as many, and finds the satellites around them: those farther away hardly move.
+/// Draws the anchors to leave out, at equal distances among those of a component in an order that
+/// does not depend on the numbers of the vertices, so that all frames have as many, and finds the
+/// satellites around them: those farther away hardly move.
 void FirstOrder::leave_out(const Generations& generations, std::uint64_t frame) {
   const auto generation = generations.of_vertices();
   const auto drawn_of = [&](std::size_t v) -> Drawn& { return drawn_[topology_.component[v]]; };
@@ -88,12 +91,11 @@ void FirstOrder::leave_out(const Generations& generations, std::uint64_t frame) 
     ++drawn_of(v).size;
     drawn_of(v).anchors += generation[v] == Generations::anchor ? 1 : 0;
   }
-  for (std::size_t c = 0; c < drawn_.size(); ++c) {
-    Drawn& drawn = drawn_[c];
+  for (Drawn& drawn : drawn_) {
     if (drawn.anchors < 2) continue;  // another one has to stay
     drawn.share = std::min(first_order_constants.left_out / drawn.anchors,
                            first_order_constants.largest_left_out);
-    drawn.sum = 0x1p-64 * static_cast<double>(mixed(mixed(frame) + c));
+    drawn.sum = 0x1p-64 * static_cast<double>(mixed(frame));
     drawn.rings = std::ceil(first_order_constants.rings * std::sqrt(drawn.size / drawn.anchors));
   }
   nearby_.clear();
@@ -102,11 +104,11 @@ void FirstOrder::leave_out(const Generations& generations, std::uint64_t frame) 
     if (is_free_[v] == 0) nearby_.push_back(static_cast<Index>(v));
     is_free_[v] = 1;
   };
-  for (std::size_t v = 0; v < generation.size(); ++v) {
+  for (const Index v : order_) {
     if (generation[v] != Generations::anchor) continue;
-    Drawn& drawn = drawn_of(v);
+    Drawn& drawn = drawn_of(at(v));
     drawn.sum += drawn.share;
-    if (drawn.sum >= 1) add(v);
+    if (drawn.sum >= 1) add(at(v));
     drawn.sum -= is_free_[v];
   }
   left_out_.assign(nearby_.begin(), nearby_.end());
@@ -198,7 +200,7 @@ void FirstOrder::learn(const Frame& frame, Field first_order, std::vector<Compon
 double FirstOrder::best_share(const Gains& gains) {
   double best = 0;
   double share = 0;
-  for (std::size_t q = 0; q < n_shares && gains.count >= first_order_constants.least_count; ++q) {
+  for (std::size_t q = 0; q < n_shares; ++q) {
     const double candidate = static_cast<double>(q + 1) / n_shares;
     if (candidate < first_order_constants.least_share || gains.sums[q] <= best) continue;
     best = gains.sums[q];

@@ -83,6 +83,7 @@ class FirstOrder {
   MaskedFactor nearby_l_, nearby_n_;  // of L and N around the anchors that are left out
 
   // Of one frame:
+  std::vector<Index> order_;  // (k,) in which anchors are drawn
   std::vector<Drawn> drawn_;
   std::vector<Index> left_out_, nearby_;  // with these, the satellites around them
   std::vector<std::uint8_t> is_free_;

@@ -64,8 +64,9 @@ double move_jointly(std::span<const SurfaceRow> rows, std::span<const Tie> ties,
     const Index b = topology.component[tie.j];
     PlaneMotion& of_a = sums[at(a)];
     PlaneMotion& of_b = sums[at(b)];
-    const double points = 1 + constants.tie_share * std::min(of_a.weight, of_b.weight);
-    const double weight = stiffness * points * tie.weight / constants.tie_weight;
+    const double near = tie.weight / constants.tie_weight;
+    const double points = 1 + near * constants.tie_share * std::min(of_a.weight, of_b.weight);
+    const double weight = stiffness * near * points;
     // The difference changes by that of the motions of both ends, and turns by their mean.
     const Eigen::Vector3d wanted = to_eigen(differences[t]);
     const Eigen::Vector3d off = wanted - to_eigen(x[tie.i] - x[tie.j]);

@@ -138,7 +138,9 @@ int SurfaceTracking::approach(const Memory& memory, int fewest_iterations) {
       .walked = constants_.radius, .points = rigid_points_, .scale = constants_.radius / 2};
   LearnedTies& ties = shape_.ties();
   auto differences = wanted_differences(memory);
-  double stiffness = ties.ties().empty() ? 1 : constants_.first_stiffness;
+  const double squared_radius = std::pow(constants_.radius * model_.mean_edge, 2);
+  const auto is_near = [&](const Tie& tie) { return squared_norm(tie.kept) <= squared_radius; };
+  double stiffness = std::ranges::any_of(ties.ties(), is_near) ? constants_.first_stiffness : 1;
   for (int step = 0; step < constants_.most_iterations; ++step) {
     const Matches::Rows& rows = matches_.find(x_, search);
     // Cloth bends while it moves, which its planes cannot tell from a rigid motion along it.

@@ -3,7 +3,7 @@
 from typing import Any
 
 import numpy as np
-from increments_reference import Increments
+from increments_reference import Increments, order_of
 from numpy.typing import NDArray
 from reference import (
     SQUARED_LENGTH_FLOOR,
@@ -92,7 +92,7 @@ class Detail:
         self.previous = first_frame
         self.blend = 0.0
         self.continued = 0.0  # c
-        self.first_order = Shares(self.label)
+        self.first_order = Shares(self.label, order_of(self.edges, first_frame))
 
     def _operator(self, faces: NDArray[np.int64], frame: Array) -> Any:
         lengths: Lengths = {}
@@ -313,8 +313,9 @@ class Detail:
 class Shares:
     """How much of the first-order step each component takes."""
 
-    def __init__(self, label: NDArray[np.int64]) -> None:
-        """Takes the label of the component of each vertex."""
+    def __init__(self, label: NDArray[np.int64], order: NDArray[np.int64]) -> None:
+        """Takes the label of the component of each vertex, and their order."""
+        self.order = order
         self.part = np.unique(label, return_inverse=True)[1]
         n = self.part.max() + 1
         self.frame = 0
@@ -330,11 +331,11 @@ class Shares:
         held = np.zeros(len(known), bool)
         self.rings = np.zeros(len(self.share), int)
         for c in range(len(self.share)):
-            anchors = np.flatnonzero(known & (self.part == c))
+            anchors = self.order[(known & (self.part == c))[self.order]]
             if len(anchors) < 2:
                 continue
             share = min(12 / len(anchors), 0.05)
-            begin = mixed((mixed(self.frame) + c) & BITS_64) / 2**64
+            begin = mixed(self.frame) / 2**64
             sums = np.floor(begin + share * np.arange(1 + len(anchors)))
             held[anchors] = np.diff(sums) > 0
             distance = np.sqrt((self.part == c).sum() / len(anchors))
@@ -356,5 +357,4 @@ class Shares:
         for group in self._groups():
             found = self.sums[group].sum(axis=0)
             found[1:3] = -np.inf  # shares of 0.1 and 0.2 are too small
-            enough = self.count[group].sum() >= 12
-            self.share[group] = found.argmax() / 10 if enough else 0.0
+            self.share[group] = found.argmax() / 10

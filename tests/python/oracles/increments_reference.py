@@ -8,8 +8,8 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial.transform import Rotation
 
 
-def clusters_of(edges: Edges, positions: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """The cluster of each vertex, and the centres: disjoint cells, the outermost first."""
+def order_of(edges: Edges, positions: Array) -> NDArray[np.int64]:
+    """The vertices, the outermost of each component first, then by their coordinates."""
     i, j = edges
     distance = np.zeros(len(positions))
     graph = coo_array((np.ones(len(i)), (i, j)), shape=(len(positions), len(positions)))
@@ -18,9 +18,15 @@ def clusters_of(edges: Edges, positions: Array) -> tuple[NDArray[np.int64], NDAr
         own = positions[component == c]
         away = np.linalg.norm(own - own.mean(axis=0), axis=1)
         distance[component == c] = np.round(away / max(away.max(), 1e-300) * 2**20)
+    return np.lexsort((*positions.T[::-1], -distance))
+
+
+def clusters_of(edges: Edges, positions: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """The cluster of each vertex, and the centres: disjoint cells, the outermost first."""
+    i, j = edges
     cluster = np.full(len(positions), -1)
     centres: list[np.int64] = []
-    for v in np.lexsort((*positions.T[::-1], -distance)):
+    for v in order_of(edges, positions):
         cell = np.append(j[i == v], v)
         if (cluster[cell] == -1).all():
             cluster[cell] = len(centres)
