@@ -1,0 +1,206 @@
+"""Tracking of subjects of several parts: what moves apart, and what stays together."""
+
+from collections.abc import Callable
+from functools import cache, partial
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+import trimesh
+from meshes import Array, Mesh, join
+from numpy.typing import NDArray
+from scans_of_meshes import edge
+from scipy.spatial.transform import Rotation
+
+import dynmesh
+from dynmesh import Tracker, degrade
+
+FRAMES = 10
+
+
+class Part(NamedTuple):
+    mesh: Mesh
+    moved: Callable[[Array, int], Array]
+    """Its vertices in a frame."""
+
+
+def ball(subdivisions: int, radii: tuple[float, float, float], centre: Array) -> Mesh:
+    """A rounded body without symmetry, whose points tell how it turns."""
+    made = trimesh.creation.icosphere(subdivisions)
+    x, y, z = made.vertices.T
+    size = 1 + 0.12 * np.sin(2.1 * y + 0.7) + 0.1 * np.cos(2.7 * z) + 0.12 * (x * x - y * y)
+    vertices = made.vertices * size[:, None] * radii + centre
+    return Mesh(np.asarray(made.faces, np.int64), vertices)
+
+
+def tube(radius: float, reach: float, is_closed: bool) -> Mesh:
+    """A tube along x with a cross-section of three lobes, whose ends are closed or open."""
+    n = 32
+    angles = 2 * np.pi * np.arange(n) / n
+    heights = np.arange(-reach, reach + 1e-9, 0.08)
+    scales = np.ones(len(heights))
+    if is_closed:
+        ends = 0.05 * np.arange(1, 6)
+        heights = np.concatenate([heights[0] - ends[::-1], heights, heights[-1] + ends])
+        scale = np.maximum(0.8 * np.sin(np.linspace(0, np.pi / 2, 6)[:-1]), 0.05)
+        scales = np.concatenate([scale, scales, scale[::-1]])
+    lobes = 1 + 0.06 * np.cos(3 * angles)
+    around = np.stack([1.2 * np.cos(angles), 0.8 * np.sin(angles)]) * lobes * radius
+    vertices = [
+        (h, *(s * around[:, i])) for h, s in zip(heights, scales, strict=True) for i in range(n)
+    ]
+    ring = np.arange(n)
+    after = np.roll(ring, -1)
+    quads = np.concatenate([
+        np.stack([k * n + ring, k * n + after, (k + 1) * n + after, (k + 1) * n + ring], axis=1)
+        for k in range(len(heights) - 1)
+    ])  # fmt: skip
+    faces = np.concatenate([quads[:, [0, 2, 1]], quads[:, [0, 3, 2]]])
+    return Mesh(faces, np.array(vertices))
+
+
+def turned(axis: tuple[float, float, float], angle: float, points: Array, about: Array) -> Array:
+    rotation = Rotation.from_rotvec(angle * np.array(axis) / np.linalg.norm(axis))
+    return np.asarray(rotation.apply(points - about) + about)
+
+
+def bodies_that_part() -> list[Part]:
+    """Four bodies that touch, and move away from each other by 1.5 edges a frame as they turn."""
+    places = np.array([(1.02, 0, 0), (-1.02, 0, 0), (0, 1.5, 0), (0, -1.5, 0)])
+    parts = []
+    for number, place in enumerate(places):
+        mesh = ball(3, (1, 0.6, 0.8), place)
+        step = 1.5 * edge(mesh) * place / np.linalg.norm(place)
+
+        def moved(
+            x: Array, frame: int, place: Array = place, step: Array = step, number: int = number
+        ) -> Array:
+            return turned((number + 1, 1, 2 - number), 0.06 * frame, x, place) + frame * step
+
+        parts.append(Part(mesh, moved))
+    return parts
+
+
+def chain_of_links() -> list[Part]:
+    """Six links, each of which turns on the one before."""
+
+    def moved(x: Array, frame: int, link: int) -> Array:
+        for joint in range(link, -1, -1):
+            about = np.array([0.98 * joint - 0.49, 0, 0])
+            x = turned((0, 0.3, 1), 0.05 * frame * (1 if joint % 2 else 0.6), x, about)
+        return x
+
+    return [
+        Part(ball(3, (0.5, 0.35, 0.22), np.array([0.98 * n, 0, 0])), partial(moved, link=n))
+        for n in range(6)
+    ]
+
+
+def small_parts_beside_a_limb() -> list[Part]:
+    """An arm that swings away from four small parts, which rest."""
+    arm = ball(4, (2, 0.3, 0.3), np.array([2.0, 0, 0]))
+    parts = [Part(arm, lambda x, frame: turned((0, 1, 0), 0.07 * frame, x, np.zeros(3)))]
+    for n in range(4):
+        small = ball(2, (0.16, 0.13, 0.1), np.array([1.2 + 0.6 * n, 0.1, 0.45]))
+        parts.append(Part(small, lambda x, _: x))
+    return parts
+
+
+def sleeve_on_an_arm() -> list[Part]:
+    """A sleeve that slides along an arm by 0.6 edges a frame, while both turn."""
+    arm = tube(0.4, 1.5, is_closed=True)
+    sleeve = tube(0.4 + 0.5 * edge(arm), 0.75, is_closed=False)
+
+    def moved(x: Array, frame: int, slide: float) -> Array:
+        x = x + np.array([slide * frame, 0, 0])
+        return turned((0.2, 0, 1), 0.05 * frame, x, np.zeros(3))
+
+    step = 0.6 * edge(arm)
+    return [Part(arm, partial(moved, slide=0)), Part(sleeve, partial(moved, slide=step))]
+
+
+def hair_on_a_head() -> list[Part]:
+    """A head that nods, with hair that is open below, and two eyes."""
+    head = ball(4, (0.8, 0.9, 1.1), np.zeros(3))
+    is_hair = (head.vertices[head.faces][:, :, 2] > 0.3).all(axis=1)
+    used, faces = np.unique(head.faces[is_hair], return_inverse=True)
+    hair = Mesh(faces.reshape(-1, 3), 1.06 * head.vertices[used])
+    eyes = [ball(2, (0.13, 0.13, 0.13), np.array([side, -0.8, 0.1])) for side in (-0.3, 0.3)]
+
+    def moved(x: Array, frame: int) -> Array:
+        x = turned((1, 0, 0), 0.12 * np.sin(0.5 * frame), x, np.zeros(3))
+        return turned((0, 0, 1), 0.24 * np.sin(0.6 * frame), x, np.zeros(3))
+
+    return [Part(mesh, moved) for mesh in (head, hair, *eyes)]
+
+
+@cache
+def frames_of(scene: Callable[[], list[Part]]) -> tuple[NDArray[np.int64], Array, Array]:
+    """The faces, the frames (n, k, 3), and the number of the part of each vertex."""
+    parts = scene()
+    whole = join(*(part.mesh for part in parts))
+    frames = [np.concatenate([p.moved(p.mesh.vertices, n) for p in parts]) for n in range(FRAMES)]
+    labels = np.repeat(np.arange(len(parts)), [len(part.mesh.vertices) for part in parts])
+    return whole.faces, np.array(frames), labels
+
+
+def tracked(faces: NDArray[np.int64], frames: Array, cameras: int) -> Array:
+    """The error of each vertex in each frame but the first, in mean edges."""
+    around = degrade.orbit(
+        np.stack([frames.min(axis=(0, 1)), frames.max(axis=(0, 1))]), cameras, distance=6.0
+    )(0)
+    scans = degrade.scan_points(frames[1:], faces, around, points=12_000, noise=0.05)
+    tracker = Tracker(faces, frames[0])
+    errors = []
+    for truth, scan in zip(frames[1:], scans, strict=True):
+        found = tracker.push(scan.points, scan.normals, viewpoints=scan.viewpoints)
+        assert tracker.report.quality == "good", tracker.report.reason
+        errors.append(np.linalg.norm(found - truth, axis=1))
+    return np.array(errors) / edge(Mesh(faces, frames[0]))
+
+
+@pytest.mark.parametrize(
+    ("scene", "cameras", "mean", "of_a_part"),
+    [
+        (bodies_that_part, 4, 0.1, 0.15),
+        (bodies_that_part, 1, 0.2, 0.3),
+        (chain_of_links, 4, 0.15, 0.3),
+        (chain_of_links, 1, 0.3, 0.6),
+        (small_parts_beside_a_limb, 4, 0.2, 0.5),
+        (sleeve_on_an_arm, 4, 0.4, 0.6),
+        (sleeve_on_an_arm, 1, 0.5, 0.7),
+        (hair_on_a_head, 4, 0.1, 0.15),
+        (hair_on_a_head, 1, 0.5, 0.6),
+    ],
+)
+def test_parts_are_let_go_where_they_move_apart_and_kept_where_not(
+    scene: Callable[[], list[Part]], cameras: int, mean: float, of_a_part: float
+) -> None:
+    faces, frames, labels = frames_of(scene)
+    errors = tracked(faces, frames, cameras)
+    assert errors.mean() < mean
+    last = [errors[-1, labels == part].mean() for part in range(labels.max() + 1)]
+    assert max(last) < of_a_part
+
+
+@pytest.mark.parametrize(("cameras", "mean"), [(4, 0.09), (1, 0.3)])
+def test_the_parts_of_a_beetle_follow_each_other(cameras: int, mean: float) -> None:
+    beetle = dynmesh.synth.beetle().vertices[:FRAMES].astype(np.float64)
+    faces = dynmesh.synth.beetle(1).faces.astype(np.int64)
+    assert tracked(faces, beetle, cameras).mean() < mean
+
+
+def test_what_was_learned_of_parts_is_in_the_state() -> None:
+    """A restored tracker goes on as the original does, also from bodies that have parted."""
+    faces, frames, _ = frames_of(bodies_that_part)
+    scans = list(degrade.scan_points(frames[1:], faces, 2, points=6000, noise=0.05))
+    tracker = Tracker(faces, frames[0])
+    for scan in scans[:4]:
+        tracker.push(scan.points, scan.normals)
+    other = Tracker(faces, frames[0])
+    other.push(scans[0].points, scans[0].normals)
+    other.restore(tracker.state())
+    for scan in scans[4:]:
+        expected = tracker.push(scan.points, scan.normals)
+        np.testing.assert_array_equal(other.push(scan.points, scan.normals), expected)
+    assert other.state() == tracker.state()
