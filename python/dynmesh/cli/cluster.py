@@ -70,7 +70,8 @@ class Workers:
         """Refuses workers that cannot import dynmesh, or another version."""
         if self._scheduler is None:
             return
-        version = "__import__('dynmesh').__version__"  # text, which needs nothing there to be read
+        # Text, which needs nothing there to be read; what a job needs is imported with it.
+        version = "__import__('dynmesh.cli.job_table').__version__"
         found = self.client.run(eval, version, workers=new, on_error="return")
         for worker, answer in found.items():
             if answer != __version__:

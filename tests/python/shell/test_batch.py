@@ -269,8 +269,15 @@ def test_a_cluster_without_workers_is_told_and_waited_for(
     assert f"start `dask worker {here.scheduler_address}`" in error.getvalue()
 
 
+@pytest.mark.parametrize(
+    ("there", "why"),
+    [
+        ("raise ImportError('hidden')", "ImportError: hidden"),
+        (f"__version__ = {dynmesh.__version__!r}", "ModuleNotFoundError: No module named 'dynmesh"),
+    ],
+)
 def test_workers_without_this_dynmesh_are_named(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, scheduler: str
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, scheduler: str, there: str, why: str
 ) -> None:
     write_partial(tmp_path / "a.npz")
     (tmp_path / "jobs.csv").write_text("input,output\na.npz,b.npz\n")
@@ -279,7 +286,7 @@ def test_workers_without_this_dynmesh_are_named(
         other.setattr(cluster, "__version__", "9.9.9")
         told = run(*command, code=1).stderr
     assert f"has dynmesh {dynmesh.__version__}, but needs 9.9.9" in told
-    (tmp_path / "dynmesh.py").write_text("raise ImportError('hidden')")
+    (tmp_path / "dynmesh.py").write_text(there)
     words = [sys.executable, "-m", "distributed.cli.dask_worker", scheduler, "--no-nanny"]
     environment = {**os.environ, "PYTHONPATH": str(tmp_path)}
     with (
@@ -293,7 +300,7 @@ def test_workers_without_this_dynmesh_are_named(
             worker.terminate()
         worker.wait()
         wait_until(lambda: len(client.nthreads()) == 2)
-    assert "has no dynmesh (ImportError: hidden)" in told
+    assert f"has no dynmesh ({why}" in told
     assert "1 worker of 3 must be started again" in told
     run(*command)
 
