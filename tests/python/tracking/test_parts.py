@@ -75,7 +75,8 @@ def bodies_that_part() -> list[Part]:
         def moved(
             x: Array, frame: int, place: Array = place, step: Array = step, number: int = number
         ) -> Array:
-            return turned((number + 1, 1, 2 - number), 0.06 * frame, x, place) + frame * step
+            x = turned((number + 1, 1, 2 - number), 0.06 * frame, x, place)
+            return np.asarray(x + frame * step)
 
         parts.append(Part(mesh, moved))
     return parts
