@@ -87,12 +87,13 @@ class Place:
 
     def _check_not_among(self, frames: Frames) -> None:
         """Refuses to write frames into the folder whose files are read as frames."""
+        beside, suffix = self._path.parent, self._path.suffix.lower()
+        read = {one for one in (frames.path, *frames.files) if one.is_dir()}
+        of_files = {file.parent for file in frames.files if file.suffix.lower() == suffix}
         if (
-            frames.files
-            and frames.path.is_dir()
-            and self._path.parent.is_dir()
-            and identity(self._path.parent) == identity(frames.path)
-            and self._path.suffix.lower() == frames.files[0].suffix.lower()
+            beside.is_dir()
+            and identity(beside) in map(identity, read)
+            and identity(beside) in map(identity, filter(Path.is_dir, of_files))
             and not set(self.existing()) & set(frames.files)
         ):
             raise InputError(

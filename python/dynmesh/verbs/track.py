@@ -261,7 +261,7 @@ def track(
             header,
             make,
             mesh,
-            files=[*reader.files, *learnt.files, *marked],
+            files=[scans, *reader.files, *learnt.files, *marked],
             wanted=["standard_error"] if uncertainty else [],
             beside=beside,
             close=stack.pop_all().close,

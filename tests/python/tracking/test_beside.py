@@ -92,3 +92,13 @@ def test_it_is_written_where_it_was_when_it_was_given(
     dynmesh.read(frames)
     assert beside(Path()) == []
     assert len(beside(tmp_path)) == 1
+
+
+def test_tracked_frames_never_come_among_the_scans(scans: Path, tmp_path: Path) -> None:
+    (tmp_path / "linked").symlink_to(scans / "points")
+    before = sorted((scans / "points").iterdir())
+    tracked = dynmesh.track(scans / "points", template=scans / "body.obj")
+    for folder in (scans / "points", tmp_path / "linked"):
+        with pytest.raises(ValueError, match="is in the folder of the input"):
+            dynmesh.write(folder / "tracked_%d.ply", tracked)
+    assert sorted((scans / "points").iterdir()) == before
