@@ -49,8 +49,8 @@ std::vector<PlaneMotion> sums_of(std::span<const SurfaceRow> rows, const Topolog
 
 }  // namespace
 
-double move_jointly(std::span<const SurfaceRow> rows, std::span<const Tie> ties, double stiffness,
-                    const Topology& topology, const TrackingConstants& constants,
+double move_jointly(std::span<const SurfaceRow> rows, std::span<const Tie> ties, double reach,
+                    double stiffness, const Topology& topology, const TrackingConstants& constants,
                     std::span<Vector3> x, std::span<Vector3> differences) {
   if (ties.empty()) {  // of a single component
     const Eigen::Isometry3d motion = fit_to_planes(rows, x);
@@ -64,9 +64,9 @@ double move_jointly(std::span<const SurfaceRow> rows, std::span<const Tie> ties,
     const Index b = topology.component[tie.j];
     PlaneMotion& of_a = sums[at(a)];
     PlaneMotion& of_b = sums[at(b)];
-    const double near = tie.weight / constants.tie_weight;
-    const double points = 1 + near * constants.tie_share * std::min(of_a.weight, of_b.weight);
-    const double weight = stiffness * near * points;
+    const bool is_near = squared_norm(tie.kept) <= reach * reach;
+    const double shared = is_near ? constants.tie_share * std::min(of_a.weight, of_b.weight) : 0;
+    const double weight = stiffness * (1 + shared) * tie.weight / constants.tie_weight;
     // The difference changes by that of the motions of both ends, and turns by their mean.
     const Eigen::Vector3d wanted = to_eigen(differences[t]);
     const Eigen::Vector3d off = wanted - to_eigen(x[tie.i] - x[tie.j]);

@@ -138,16 +138,16 @@ int SurfaceTracking::approach(const Memory& memory, int fewest_iterations) {
       .walked = constants_.radius, .points = rigid_points_, .scale = constants_.radius / 2};
   LearnedTies& ties = shape_.ties();
   auto differences = wanted_differences(memory);
-  const double squared_radius = std::pow(constants_.radius * model_.mean_edge, 2);
-  const auto is_near = [&](const Tie& tie) { return squared_norm(tie.kept) <= squared_radius; };
+  const double reach = constants_.radius * model_.mean_edge;
+  const auto is_near = [&](const Tie& tie) { return squared_norm(tie.kept) <= reach * reach; };
   double stiffness = std::ranges::any_of(ties.ties(), is_near) ? constants_.first_stiffness : 1;
   for (int step = 0; step < constants_.most_iterations; ++step) {
     const Matches::Rows& rows = matches_.find(x_, search);
     // Cloth bends while it moves, which its planes cannot tell from a rigid motion along it.
     if (all_slide_ || rows.size() < constants_.fewest) break;
     ties.set_weights(ties.departed(x_, differences, memory.departures));
-    const double moved =
-        move_jointly(rows, ties.ties(), stiffness, model_.topology, constants_, x_, differences);
+    const double moved = move_jointly(rows, ties.ties(), reach, stiffness, model_.topology,
+                                      constants_, x_, differences);
     if (stiffness == 1 && lies_still(moved)) break;
     stiffness = std::max(1.0, stiffness / constants_.stiffness_growth);
   }
