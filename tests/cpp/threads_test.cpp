@@ -336,19 +336,19 @@ TEST_CASE_TEMPLATE("completers in separate threads are independent", Real, float
   }
 }
 
-using Numbers = std::vector<double>;
+using Positions = std::vector<double>;
 
 /// Frame n of a mesh that turns and bends.
-Numbers moving(const Mesh<double>& mesh, unsigned n) {
+Positions moving(const Mesh<double>& mesh, unsigned n) {
   return turned(bent(mesh.vertices, 0.1 * n), 0.05 * n);
 }
 
 /// The frames of completers with all settings, and their standard errors.
-Numbers completed_by(Index threads) {
+Positions completed_by(Index threads) {
   const auto mesh = join(bumpy_torus(10), sheet<double>(5, 20));
   const std::size_t k = mesh.size();
-  Numbers found;
-  Numbers out(3 * k);
+  Positions found;
+  Positions out(3 * k);
   const auto complete = [&](Completer<double> completer) {
     const auto state = completer.state();
     for (unsigned n = 1; n < 6; ++n) {
@@ -381,11 +381,11 @@ Numbers completed_by(Index threads) {
 }
 
 /// The frames of trackers with all settings, their standard errors, and a registration.
-Numbers tracked_by(Index threads) {
+Positions tracked_by(Index threads) {
   const auto mesh = bumpy_torus(12);
   const std::size_t k = mesh.size();
-  Numbers found;
-  Numbers out(3 * k);
+  Positions found;
+  Positions out(3 * k);
   const auto follow = [&](Tracker<double> tracker) {
     for (unsigned n = 1; n < 5; ++n) {
       const auto truth = moving(mesh, n == 4 && tracker.settings().recover ? 40 : n);
@@ -418,10 +418,10 @@ TEST_CASE("results do not depend on threads, nor on the size and the order of th
   const SharedWork restores_the_default;
   for (const auto results_by : {&completed_by, &tracked_by}) {
     default_task_sharing() = {};
-    const Numbers usual = results_by(1);
+    const Positions usual = results_by(1);
     default_task_sharing() = in_small_pieces(8);
-    const Numbers expected = results_by(1);
-    Numbers found;
+    const Positions expected = results_by(1);
+    Positions found;
     CHECK(shared_pieces([&] { found = results_by(3); }) > 0);
     CHECK(found == expected);
     default_task_sharing().backwards = true;
