@@ -19,8 +19,8 @@ struct TrackingConstants {
   double whole_settled = 1e-3;
   /// In all but so many last iterations, the surface has not arrived, and is stiff: it needs only
   /// so many points for each vertex, evenly spread. A coarse mesh, which the template follows,
-  /// needs no more at all. Of these, so many of each body tell whether a frame begins where the
-  /// last two lead to, and how the body moves rigidly.
+  /// needs no more at all. Of these, so many for each component tell whether a frame begins where
+  /// the last two lead to, and how components move rigidly.
   int final_iterations = 2;
   std::size_t points_of_vertex = 3;
   std::size_t rigid_points = 1000;
