@@ -29,7 +29,7 @@ void add_block(std::vector<Eigen::Triplet<double>>& entries, Index a, Index b,
 /// (components,) the sums of the rows of each component. One without rows stays where it is, by a
 /// weight that is nothing beside that of a tie.
 std::vector<PlaneMotion> sums_of(std::span<const SurfaceRow> rows, const Topology& topology,
-                                 Field x) {
+                                 double reach, Field x) {
   std::vector<std::vector<SurfaceRow>> of_components(topology.report.components);
   for (const SurfaceRow& row : rows) {
     of_components[at(topology.component[row.corners[0]])].push_back(row);
@@ -41,7 +41,7 @@ std::vector<PlaneMotion> sums_of(std::span<const SurfaceRow> rows, const Topolog
     sums.emplace_back(of_components[c], x);
     if (sums.back().weight > 0) continue;
     constexpr double nothing = 1e-6;
-    sums.back() = PlaneMotion(positions[c]);
+    sums.back() = PlaneMotion(positions[c], reach);
     sums.back().normal.diagonal().array() += nothing;
   }
   return sums;
@@ -56,7 +56,7 @@ double move_jointly(std::span<const SurfaceRow> rows, std::span<const Tie> ties,
     const Eigen::Isometry3d motion = fit_to_planes(rows, x);
     return move(x, [&](std::size_t) { return motion; });
   }
-  std::vector<PlaneMotion> sums = sums_of(rows, topology, x);
+  std::vector<PlaneMotion> sums = sums_of(rows, topology, reach, x);
   std::vector<Eigen::Triplet<double>> entries;
   for (std::size_t t = 0; t < ties.size(); ++t) {
     const Tie& tie = ties[t];

@@ -36,13 +36,13 @@ PlaneMotion::PlaneMotion(std::span<const SurfaceRow> rows, Field x) {
   normal.diagonal().array() += caution * normal.trace() / 6;
 }
 
-PlaneMotion::PlaneMotion(Field positions) {
+PlaneMotion::PlaneMotion(Field positions, double reach_of_one) {
   for (const Vector3& position : positions) centre += to_eigen(position);
   centre /= static_cast<double>(positions.size());
   double square = 0;
   for (const Vector3& position : positions) square += (to_eigen(position) - centre).squaredNorm();
   const double root = std::sqrt(square / static_cast<double>(positions.size()));
-  if (root > 0 && std::isfinite(root)) reach = root;  // else a single vertex
+  reach = root > 0 && std::isfinite(root) ? root : reach_of_one;
 }
 
 Eigen::Isometry3d PlaneMotion::motion(const Vector& solution) const {
