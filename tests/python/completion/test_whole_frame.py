@@ -11,6 +11,9 @@ from scans_of_meshes import bent
 
 import dynmesh
 from dynmesh import whole_frames
+from dynmesh.whole_frames.mesh import Mesh
+from dynmesh.whole_frames.trips import known_parts
+from dynmesh.whole_frames.window import Window
 
 
 class Recording:
@@ -171,3 +174,42 @@ def test_progress_counts_and_its_errors_stop_the_work(monkeypatch: pytest.Monkey
     with pytest.raises(KeyboardInterrupt):
         dynmesh.whole_frame(RECORDING.faces, RECORDING.frames, RECORDING.known, progress=True)
     assert steps == [(done, 162) for done in range(51)]
+
+
+class Watched(dynmesh.Sequence):
+    """A whole sequence that notes which frames are read."""
+
+    def frames_at(self, numbers: Any) -> Any:
+        for number, frame in zip(numbers, super().frames_at(numbers), strict=True):
+            READ.append(number)
+            yield frame
+
+
+READ: list[int] = []
+
+
+def test_frames_are_read_in_order_twice_and_only_those_that_are_used() -> None:
+    mesh, n = sheet(3), 2000
+    whole = dynmesh.whole_frame(mesh.faces, Watched(np.tile(mesh.vertices, (n, 1, 1)), mesh.faces))
+    assert whole.frame == n // 2 - 1  # the one nearest to the middle
+    first, second = READ[:n], READ[n:]
+    assert first == [*range(n)]
+    assert second == sorted(set(second))
+    assert len(second) < 300
+    assert {*range(whole.frame - 30, whole.frame + 31)} <= {*second}
+    assert second[0] < 50
+    assert second[-1] > n - 50
+
+
+@pytest.mark.parametrize(("n_known", "n_fixed"), [(3, 25), (4, 20)])
+def test_a_part_begins_as_in_another_frame_if_fewer_than_four_vertices_are_known(
+    n_known: int, n_fixed: int
+) -> None:
+    joined = join(sheet(4), sheet(3, 9.0))
+    known = np.ones((2, 25), np.bool_)
+    known[0, 16 + n_known :] = False
+    frames = np.stack([joined.vertices, turned(joined.vertices, 0.5)])
+    window = Window([0, 1], 0, frames, known)
+    positions, fixed = known_parts(Mesh(joined.faces.astype(np.int32), 25), window)
+    assert np.count_nonzero(fixed) == n_fixed
+    np.testing.assert_allclose(positions[fixed], joined.vertices[fixed], atol=1e-10)

@@ -104,7 +104,7 @@ def test_whatever_is_refused_is_an_error_of_dynmesh() -> None:
 
 
 FAULTS: dict[str, tuple[Any, str, str]] = {
-    "the core": (_core, "whole_frame", "complete partial.npz out.npz --start best"),
+    "the core": (_core, "laplacian_interpolation", "complete partial.npz out.npz --start best"),
     "reading": (NpzFrames, "_frames", "convert sea.npz out.npz"),
     "a completer": (dynmesh.Completer, "push", "complete partial.npz out.npz"),
     "a tracker": (dynmesh.Tracker, "push", "track scans out.npz --template body.ply"),
