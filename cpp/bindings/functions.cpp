@@ -1,4 +1,4 @@
-/// Topology, metrics, baselines, alignment, registration, whole frames and files.
+/// Topology, metrics, baselines, alignment, registration and files.
 #include <algorithm>
 #include <dynmesh/alignment.hpp>
 #include <dynmesh/baselines.hpp>
@@ -6,7 +6,6 @@
 #include <dynmesh/quality.hpp>
 #include <dynmesh/registration.hpp>
 #include <dynmesh/topology.hpp>
-#include <dynmesh/whole_frame.hpp>
 #include <optional>
 #include <string>
 #include <tuple>
@@ -92,31 +91,6 @@ py::tuple py_register(const Exact<Index>& faces, const Exact<Real>& positions,
   });
   return py::make_tuple(array_of(found.vertices), array_of(found.observed),
                         array_of(found.standard_error), fields_of(found));
-}
-
-template <class Real>
-py::tuple py_whole_frame(const Exact<Index>& faces, const Exact<Real>& first, std::size_t n_frames,
-                         const py::function& source, std::optional<std::size_t> frame,
-                         std::optional<double> noise, bool outliers, Index threads,
-                         const py::function& progress) {
-  const FrameSource<Real> read = [&](std::size_t number, Points<Real> points,
-                                     std::span<std::uint8_t> known) {
-    const py::gil_scoped_acquire acquire;
-    const auto [given, mask] = source(number).template cast<std::pair<Exact<Real>, Exact<bool>>>();
-    std::copy_n(given.data(), 3 * points.count, points.data);
-    std::copy_n(mask.data(), points.count, known.begin());
-  };
-  const Progress step = [&](std::size_t done, std::size_t of) {
-    const py::gil_scoped_acquire acquire;
-    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-    progress(done, of);
-  };
-  const WholeFrame<Real> whole = without_gil([&] {
-    return whole_frame<Real>(view(faces), rows_in(first), n_frames, read,
-                             {frame, noise, outliers, threads}, step);
-  });
-  return py::make_tuple(array_of(whole.positions), array_of(whole.known), array_of(whole.seen),
-                        array_of(whole.standard_error), whole.frame, whole.doubtful);
 }
 
 py::array numbers_of(const PlyNumbers& numbers) {
@@ -216,8 +190,6 @@ void bind_functions(py::module_& module) {
   module.def("parse_ply", &py_parse_ply);
   module.def("register", &py_register<float>);
   module.def("register", &py_register<double>);
-  module.def("whole_frame", &py_whole_frame<float>);
-  module.def("whole_frame", &py_whole_frame<double>);
 }
 
 }  // namespace dynmesh

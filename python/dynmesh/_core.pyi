@@ -1,7 +1,6 @@
 # Calls of the C++ interface. Arrays are packed, of the dtype that is stated, or of float32 or
 # float64 in one call alike; users see the modules beside this.
 # Arrays named last are written to.
-from collections.abc import Callable
 from typing import Any, Literal
 
 import numpy as np
@@ -45,18 +44,6 @@ def find_alignment(faces: _Indices, first_frame: _Doubles, scan: _Doubles) -> di
 def register(
     faces: _Indices, template: _Positions, scan: Any, *choices: Any
 ) -> tuple[_Positions, _Flags, _Positions, dict[str, Any]]: ...
-def whole_frame(
-    faces: _Indices,
-    first: _Positions,
-    n_frames: int,
-    source: Callable[[int], tuple[_Positions, NDArray[np.bool_]]],
-    frame: int | None,
-    noise: float | None,
-    outliers: bool,
-    threads: int,
-    progress: Callable[[int, int], object],
-) -> tuple[_Positions, _Flags, _Flags, _Positions, int, bool]: ...
-
 # None if the word is not a number; otherwise as in all text files, NaN and infinity included.
 def parse_number(word: str) -> float | None: ...
 

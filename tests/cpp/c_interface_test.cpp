@@ -9,7 +9,6 @@
 #include <dynmesh/alignment.hpp>
 #include <dynmesh/registration.hpp>
 #include <dynmesh/template_mesh.hpp>
-#include <dynmesh/whole_frame.hpp>
 #include <filesystem>
 #include <fstream>
 #include <limits>
@@ -143,62 +142,6 @@ TEST_CASE("the settings of C begin as those of C++") {
                    settings.learn, settings.uncertainty, settings.threads) ==
         std::tuple(theirs.revisit, theirs.extra_iterations, theirs.reject_outliers, theirs.learn,
                    theirs.uncertainty, theirs.threads));
-}
-
-/// Frames of a turning torus, of which each knows a part.
-struct Turning {
-  Mesh<double> mesh = torus(9);
-
-  void read(std::int64_t t, double* points, std::uint8_t* known) const {
-    const auto share = t == 3 ? 0.6 : 0.5;
-    std::ranges::copy(turned(mesh.vertices, 0.05 * static_cast<double>(t)), points);
-    std::ranges::copy(random_mask(mesh.size(), share, static_cast<unsigned>(t)), known);
-  }
-};
-
-TEST_CASE("a whole frame, which C can stop") {
-  Turning turning;
-  constexpr std::int64_t n_frames = 12;
-  const FrameSource<double> source = [&](std::size_t t, Points<double> points,
-                                         std::span<std::uint8_t> known) {
-    turning.read(static_cast<std::int64_t>(t), points.data, known.data());
-  };
-  const auto whole = whole_frame(turning.mesh.faces(), turning.mesh.size(), n_frames, source, {});
-  dynmesh_whole_frame_request request{};
-  request.faces = turning.mesh.indices.data();
-  request.n_faces = static_cast<std::int64_t>(turning.mesh.faces().count);
-  request.n_frames = n_frames;
-  request.source = [](void* context, std::int64_t t, void* points, std::uint8_t* known) {
-    static_cast<const Turning*>(context)->read(t, static_cast<double*>(points), known);
-    return 0;
-  };
-  request.context = &turning;
-  request.frame = -1;
-  request.noise = std::numeric_limits<double>::quiet_NaN();
-  request.threads = 3;  // and so the same with any number
-  std::vector<double> positions(3 * turning.mesh.size());
-  std::vector<std::uint8_t> seen(turning.mesh.size());
-  std::vector<double> errors(turning.mesh.size());
-  const auto output = c_out(positions);
-  dynmesh_whole_frame_report report{};
-  const auto call = [&] {
-    return dynmesh_whole_frame(&request, &output, seen.data(), errors.data(), &report);
-  };
-  REQUIRE(call() == DYNMESH_OK);
-  CHECK(positions == whole.positions);
-  CHECK(seen == whole.seen);
-  CHECK(errors == whole.standard_error);
-  CHECK(std::tuple(report.frame, report.doubtful) == std::tuple(3, 0));
-
-  request.progress = [](void* /*context*/, std::int64_t done, std::int64_t /*of*/) {
-    return done < 5 ? 0 : 1;
-  };
-  CHECK(call() == DYNMESH_STOPPED);
-  CHECK(std::string(dynmesh_last_message()).find("stopped after 5 of ") == 0);
-  request.frame = -2;
-  CHECK(call() == DYNMESH_INVALID_ARGUMENT);
-  request.source = nullptr;
-  CHECK(call() == DYNMESH_INVALID_ARGUMENT);
 }
 
 }  // namespace

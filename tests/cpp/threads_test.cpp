@@ -8,7 +8,6 @@
 #include <dynmesh/completer.hpp>
 #include <dynmesh/registration.hpp>
 #include <dynmesh/tracker.hpp>
-#include <dynmesh/whole_frame.hpp>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -370,13 +369,6 @@ Positions completed_by(Index threads) {
     complete({mesh.faces(), mesh.points(), settings});
   }
   complete(trained(mesh, {.threads = threads}));
-  const FrameSource<double> source = [&](std::size_t n, Points<double> points,
-                                         std::span<std::uint8_t> known) {
-    std::ranges::copy(moving(mesh, static_cast<unsigned>(n)), points.data);
-    std::ranges::copy(random_mask(k, 0.5, static_cast<unsigned>(n)), known.begin());
-  };
-  const auto whole = whole_frame<double>(mesh.faces(), k, 6, source, {.threads = threads});
-  found.insert(found.end(), whole.positions.begin(), whole.positions.end());
   return found;
 }
 

@@ -46,8 +46,7 @@ enum {
   DYNMESH_OUT_OF_MEMORY = 2,    ///< memory is exhausted, or no more threads can be started
   DYNMESH_UNREADABLE_FILE = 3,  ///< returned only by dynmesh_read_template
   DYNMESH_INTERNAL_ERROR = 4,   ///< a bug in dynmesh
-  DYNMESH_IN_USE = 5,           ///< another thread is using this object
-  DYNMESH_STOPPED = 6           ///< a function of the caller asked for it
+  DYNMESH_IN_USE = 5            ///< another thread is using this object
 };
 typedef int32_t dynmesh_status;
 
@@ -469,45 +468,6 @@ DYNMESH_EXPORT dynmesh_status dynmesh_find_alignment(const int32_t* faces, int64
                                                      const dynmesh_points* first_frame,
                                                      const dynmesh_points* scan,
                                                      dynmesh_alignment* alignment);
-
-// Whole frames -----------------------------------------------------------------------------------
-
-/// Writes frame `frame` to `points`, packed x y z of the type of `positions` below, and 1 to
-/// `known` where they were observed, 0 elsewhere. Both have a row for each vertex; rows that are
-/// not known are not read. Returns 0, or anything else to stop the work.
-typedef int32_t (*dynmesh_frame_source)(void* context, int64_t frame, void* points, uint8_t* known);
-
-/// Called with the steps that are done and their number, which grows if a second attempt is needed.
-/// Returns 0, or anything else to stop the work.
-typedef int32_t (*dynmesh_progress)(void* context, int64_t done, int64_t of);
-
-/// How a whole frame is put together, and from what; see WholeFrameSettings in whole_frame.hpp.
-typedef struct dynmesh_whole_frame_request {
-  const int32_t* faces;
-  int64_t n_faces;
-  int64_t n_frames;
-  dynmesh_frame_source source;
-  dynmesh_progress progress;  ///< may be null
-  void* context;              ///< passed to both
-  int64_t frame;              ///< the frame to be made whole, or -1 for the best one
-  double noise;               ///< its standard deviation, or NaN if known positions are exact
-  int32_t outliers;           ///< whether they are left out, 0 or 1
-  int32_t threads;            ///< 1 to 256; more than one helps from 23 553 vertices on
-} dynmesh_whole_frame_request;
-
-/// What was put together, beside its positions; see WholeFrame in whole_frame.hpp.
-typedef struct dynmesh_whole_frame_report {
-  int64_t frame;     ///< the number of the frame that was made whole
-  int32_t doubtful;  ///< 1 if the result is probably wrong, else 0
-} dynmesh_whole_frame_report;
-
-/// Puts a whole frame together out of frames of which none need be whole; see whole_frame.hpp. The
-/// rows and the type of `positions` are those of every frame. `seen` and `standard_error` have room
-/// for a value of each vertex, and may be null.
-DYNMESH_EXPORT dynmesh_status dynmesh_whole_frame(const dynmesh_whole_frame_request* request,
-                                                  const dynmesh_output* positions, uint8_t* seen,
-                                                  double* standard_error,
-                                                  dynmesh_whole_frame_report* report);
 
 // Registration -----------------------------------------------------------------------------------
 

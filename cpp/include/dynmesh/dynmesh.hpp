@@ -16,4 +16,3 @@
 #include <dynmesh/tracker.hpp>
 #include <dynmesh/types.hpp>
 #include <dynmesh/version.hpp>
-#include <dynmesh/whole_frame.hpp>

@@ -13,7 +13,6 @@
 #include <dynmesh/template_mesh.hpp>
 #include <dynmesh/tracker.hpp>
 #include <dynmesh/training.hpp>
-#include <dynmesh/whole_frame.hpp>
 #include <limits>
 #include <new>
 #include <optional>
@@ -167,11 +166,6 @@ dynmesh_status fail(dynmesh_status status, const char* message) noexcept {
   return status;
 }
 
-/// A function of the caller asked for the work to be stopped.
-struct Stopped : std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
-
 template <class Call>
 dynmesh_status guarded(const Call& call) noexcept {
   try {
@@ -183,8 +177,6 @@ dynmesh_status guarded(const Call& call) noexcept {
     return fail(DYNMESH_OUT_OF_MEMORY, "out of memory");
   } catch (const InUse& error) {
     return fail(DYNMESH_IN_USE, error.what());
-  } catch (const Stopped& error) {
-    return fail(DYNMESH_STOPPED, error.what());
   } catch (const UnreadableFile& error) {
     return fail(DYNMESH_UNREADABLE_FILE, error.what());
   } catch (const std::system_error& error) {  // a thread could not be started
@@ -354,40 +346,6 @@ void give(const std::vector<Real>& found, Points<Real> positions,
   }
   if (flags_out != nullptr) std::ranges::copy(flags, flags_out);
   if (standard_error_out != nullptr) std::ranges::copy(standard_error, standard_error_out);
-}
-
-WholeFrameSettings settings_of(const dynmesh_whole_frame_request& request) {
-  if (request.frame < -1) {
-    refuse("frame", "must be -1 or the number of a frame, not ", request.frame);
-  }
-  WholeFrameSettings settings = {
-      .noise = setting_from_c<std::optional<double>>("noise", request.noise),
-      .outliers = request.outliers != 0,
-      .threads = request.threads};
-  if (request.frame >= 0) settings.frame = static_cast<std::size_t>(request.frame);
-  return settings;
-}
-
-template <class Real>
-WholeFrame<Real> put_together(const dynmesh_whole_frame_request& request, Points<Real> positions) {
-  check_view("positions", positions);
-  const FrameSource<Real> source = [&](std::size_t frame, Points<Real> points,
-                                       std::span<std::uint8_t> known) {
-    if (request.source(request.context, static_cast<std::int64_t>(frame), points.data,
-                       known.data()) != 0) {
-      throw Stopped(joined("frame ", frame, ": stopped by the source"));
-    }
-  };
-  const Progress progress = [&](std::size_t done, std::size_t of) {
-    if (request.progress != nullptr &&
-        request.progress(request.context, static_cast<std::int64_t>(done),
-                         static_cast<std::int64_t>(of)) != 0) {
-      throw Stopped(joined("stopped after ", done, " of ", of, " steps"));
-    }
-  };
-  return whole_frame<Real>(faces_of(request.faces, request.n_faces), positions.count,
-                           count_of("n_frames", request.n_frames), source, settings_of(request),
-                           progress);
 }
 
 template <class Real>
@@ -662,23 +620,6 @@ dynmesh_status dynmesh_find_alignment(const int32_t* faces, int64_t n_faces,
                     *alignment = to_c<dynmesh_alignment>(
                         find_alignment(faces_of(faces, n_faces), frame, points));
                   });
-  });
-}
-
-dynmesh_status dynmesh_whole_frame(const dynmesh_whole_frame_request* request,
-                                   const dynmesh_output* positions, uint8_t* seen,
-                                   double* standard_error, dynmesh_whole_frame_report* report) {
-  return guarded([&] {
-    check_pointer("request", request);
-    if (request->source == nullptr) refuse("source", "is a null pointer");
-    check_pointer("positions", positions);
-    check_pointer("report", report);
-    with_type("positions: type", positions->type, [&]<class Real>(Real) {
-      const auto out = points_of<Real>("positions", positions, "all frames");
-      const auto whole = put_together<Real>(*request, out);
-      give(whole.positions, out, whole.seen, seen, whole.standard_error, standard_error);
-      *report = {static_cast<std::int64_t>(whole.frame), whole.doubtful ? 1 : 0};
-    });
   });
 }
 
