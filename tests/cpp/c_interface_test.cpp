@@ -6,8 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <dynmesh/alignment.hpp>
-#include <dynmesh/registration.hpp>
 #include <dynmesh/template_mesh.hpp>
 #include <filesystem>
 #include <fstream>
@@ -26,7 +24,6 @@ static_assert(sizeof(dynmesh_output) == 40 && offsetof(dynmesh_output, type) == 
 static_assert(sizeof(dynmesh_mask) == 24);
 static_assert(sizeof(dynmesh_settings) == 48 && offsetof(dynmesh_settings, noise) == 24);
 static_assert(sizeof(dynmesh_frame_report) == 608 && offsetof(dynmesh_frame_report, reason) == 92);
-static_assert(sizeof(dynmesh_topology_report) == 32);
 static_assert(sizeof(dynmesh_template) == 32);
 static_assert(sizeof(dynmesh_measure) == 600 && offsetof(dynmesh_measure, reason) == 84);
 static_assert(sizeof(dynmesh_tracking_report) == 648);
@@ -49,28 +46,6 @@ TEST_CASE("what arguments of another size would overwrite is kept") {
   refused(8, DYNMESH_FLOAT32, "count:");
   refused(10, DYNMESH_FLOAT32, "count:");
   refused(9, DYNMESH_FLOAT64, "type:");
-}
-
-TEST_CASE("the topology is reported") {
-  Mesh<float> mesh = sheet<float>(4);
-  mesh.indices.insert(mesh.indices.end(), {0, 0, 1, 0, 1, 4});
-  mesh.vertices.insert(mesh.vertices.end(), {9, 9, 9});
-  const CCompleter<float> handle(mesh.faces(), mesh.points());
-  const Completer<float> completer(mesh.faces(), mesh.points());
-  const TopologyReport& expected = completer.topology();
-  dynmesh_topology_report report{};
-  REQUIRE(dynmesh_topology(handle.get(), &report) == DYNMESH_OK);
-  CHECK(report.components == 2);
-  CHECK(report.isolated_vertices == 1);
-  CHECK(report.boundary_edges == static_cast<std::int64_t>(expected.boundary_edges));
-  REQUIRE(report.refused_faces == 2);
-  for (std::int64_t number = 0; number < 2; ++number) {
-    std::int64_t face = 0;
-    const char* reason = nullptr;
-    REQUIRE(dynmesh_refused_face(handle.get(), number, &face, &reason) == DYNMESH_OK);
-    CHECK(face == 18 + number);
-    CHECK(reason == expected.refused_faces[static_cast<std::size_t>(number)].reason);
-  }
 }
 
 TEST_CASE("a null completer has nothing and is destroyed like any other") {

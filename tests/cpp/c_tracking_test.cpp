@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <dynmesh/alignment.hpp>
 #include <dynmesh/registration.hpp>
 #include <span>
 #include <string>
@@ -91,15 +90,6 @@ TEST_CASE("a tracker") {
         dynmesh_tracker_standard_error(tracker, errors.data(), first.count, DYNMESH_FLOAT64);
     CHECK((status == DYNMESH_OK) == settings.uncertainty);
     if (settings.uncertainty) CHECK(std::ranges::equal(expected.standard_error(), errors));
-    const auto sensors = expected.agreement_of_sensors();
-    dynmesh_agreement found_of[2] = {{-1, 0, 0, 0}, {-1, 0, 0, 0}};
-    std::int64_t n_sensors = 0;
-    REQUIRE(dynmesh_tracker_agreement_of_sensors(tracker, found_of, 2, &n_sensors) == DYNMESH_OK);
-    REQUIRE(n_sensors == std::ssize(sensors));
-    for (std::size_t i = 0; i < 2; ++i) {
-      if (i < sensors.size()) CHECK(numbers_of(found_of[i]) == numbers_of(sensors[i]));
-      if (i >= sensors.size()) CHECK(found_of[i].points == -1);
-    }
   };
   const auto jumped = translated(turned(mesh.vertices, 2.1), 40.0, 0.0, 0.0);
   for (const auto& truth : {bent(mesh.vertices, 0.4), bent(mesh.vertices, 0.8), jumped}) {
@@ -182,24 +172,6 @@ TEST_CASE("a registration") {
   CHECK(report.measure.quality == DYNMESH_GOOD);
   CHECK(std::tuple(report.transform[3], report.scale) ==
         std::tuple(expected.transform[3], expected.scale));
-}
-
-TEST_CASE_TEMPLATE("an alignment", Real, float, double) {
-  const Mesh<Real> mesh = sheet<Real>(12);
-  const auto scan = translated(turned(mesh.vertices, 0.8), Real{40}, Real{-3}, Real{7});
-  const Points<const Real> measured(scan.data(), scan.size() / 3);
-  const auto theirs = find_alignment<Real>(mesh.faces(), mesh.points(), measured);
-  const auto first_frame = c_view<dynmesh_points>(mesh.points());
-  const auto points = c_view<dynmesh_points>(measured);
-  dynmesh_alignment ours{};
-  CHECK(dynmesh_find_alignment(mesh.indices.data(), static_cast<std::int64_t>(mesh.faces().count),
-                               &first_frame, &points, &ours) == DYNMESH_OK);
-  CHECK(std::ranges::equal(ours.rotation, theirs.rotation));
-  CHECK(std::ranges::equal(ours.shift, theirs.shift));
-  CHECK(std::tuple(ours.mean_edge, ours.before, ours.after, ours.ratio) ==
-        std::tuple(theirs.mean_edge, theirs.before, theirs.after, theirs.ratio));
-  CHECK(theirs.matches);
-  CHECK(std::tuple(ours.lies_in_scan, ours.matches, ours.other_unit) == std::tuple(0, 1, 0));
 }
 
 }  // namespace

@@ -15,8 +15,8 @@
 /// Threads. A completer or tracker may be used by one thread at a time, and so may a training
 /// sequence. While one thread is executing a call, calls from other threads return DYNMESH_IN_USE
 /// immediately and change nothing. At any time, a thread may call dynmesh_n_vertices,
-/// dynmesh_state_size, dynmesh_tracker_state_size, dynmesh_topology and dynmesh_refused_face, which
-/// return constant properties, and dynmesh_report, which returns that of the last complete frame.
+/// dynmesh_state_size and dynmesh_tracker_state_size, which return constant properties, and
+/// dynmesh_report, which returns that of the last complete frame.
 /// dynmesh_destroy, dynmesh_tracker_destroy and dynmesh_training_destroy may be called only if no
 /// thread is using the object or will use it later. Different objects are independent.
 ///
@@ -426,15 +426,6 @@ DYNMESH_EXPORT const int32_t* dynmesh_tracker_generation(const dynmesh_tracker* 
 /// Returns an array (k,): the number of frames since each vertex was last observed.
 DYNMESH_EXPORT const int32_t* dynmesh_tracker_age(const dynmesh_tracker* tracker);
 
-/// Writes how well the last frame explains what each sensor measured, one for each image or
-/// viewpoint in the order of the call, but at most `count`, and how many there are to `*n_sensors`.
-/// A point of a scan counts for the viewpoint that its normal turns to most. There are none before
-/// the first frame and after a restore.
-DYNMESH_EXPORT dynmesh_status dynmesh_tracker_agreement_of_sensors(const dynmesh_tracker* tracker,
-                                                                   dynmesh_agreement* values,
-                                                                   int64_t count,
-                                                                   int64_t* n_sensors);
-
 /// Writes the standard error of the distance of each vertex from the true surface to `values`, in
 /// the unit of the positions, as dynmesh_standard_error does: about 90 % of the vertices are
 /// within 1.645 of it, fewer of cloth that is not seen. How far they are off along the surface is
@@ -442,32 +433,6 @@ DYNMESH_EXPORT dynmesh_status dynmesh_tracker_agreement_of_sensors(const dynmesh
 DYNMESH_EXPORT dynmesh_status dynmesh_tracker_standard_error(const dynmesh_tracker* tracker,
                                                              void* values, int64_t count,
                                                              int32_t type);
-
-/// A rigid motion of a template, and what is known of it and a scan; see Alignment in
-/// alignment.hpp. `before` and `after` are distances in mean edges of the template.
-typedef struct dynmesh_alignment {
-  double rotation[9];  ///< row by row; the new position of a vertex x is rotation * x + shift
-  double shift[3];     ///< in the unit of the positions
-  double mean_edge;    ///< of the template, in the unit of the positions
-  double before;       ///< how far the template is from the scan without the motion
-  double after;        ///< how far it is with the motion
-  double ratio;        ///< how many times as large as the template the scan is
-  /// 1 if a tracker can bridge the distance without the motion, which then is the identity; else 0.
-  int32_t lies_in_scan;
-  /// 1 if the template lies in the scan with the motion. If 0, it has another pose than the scan,
-  /// or is another mesh.
-  int32_t matches;
-  /// 1 if a unit of length is probably wrong. Then, no motion is sought, and `matches` is 0.
-  int32_t other_unit;
-} dynmesh_alignment;
-
-/// Finds the rigid motion that puts a template into a scan, from any rotation and position; see
-/// alignment.hpp. The trackers above bridge small distances only. `scan` has one row or more, and
-/// the type of `first_frame`.
-DYNMESH_EXPORT dynmesh_status dynmesh_find_alignment(const int32_t* faces, int64_t n_faces,
-                                                     const dynmesh_points* first_frame,
-                                                     const dynmesh_points* scan,
-                                                     dynmesh_alignment* alignment);
 
 // Registration -----------------------------------------------------------------------------------
 
@@ -505,25 +470,6 @@ DYNMESH_EXPORT dynmesh_status dynmesh_register(const dynmesh_registration_reques
                                                const dynmesh_output* vertices, uint8_t* observed,
                                                double* standard_error,
                                                dynmesh_registration_report* report);
-
-// The connectivity -------------------------------------------------------------------------------
-
-typedef struct dynmesh_topology_report {
-  int64_t components;         ///< connected components, including isolated vertices
-  int64_t isolated_vertices;  ///< vertices without an edge
-  int64_t boundary_edges;     ///< edges with one face, among the faces not refused
-  int64_t
-      refused_faces;  ///< faces that a half-edge mesh cannot represent; their edges are still used
-} dynmesh_topology_report;
-
-DYNMESH_EXPORT dynmesh_status dynmesh_topology(const dynmesh_completer* completer,
-                                               dynmesh_topology_report* report);
-
-/// Writes the index of refused face `number`, counted from 0, to `*face`, and a description of what
-/// is wrong with it to `*reason`, which is valid during the lifetime of the completer.
-DYNMESH_EXPORT dynmesh_status dynmesh_refused_face(const dynmesh_completer* completer,
-                                                   int64_t number, int64_t* face,
-                                                   const char** reason);
 
 // Template files ---------------------------------------------------------------------------------
 

@@ -78,17 +78,17 @@ void for_each_field(const TrackingReport& report, const Visit& visit) {
   visit("recovered", report.recovered);
 }
 
-template <class Twin = Alignment, class Visit>
+template <class Visit>
 void for_each_field(const Alignment& found, const Visit& visit) {
-  visit("rotation", found.rotation, &Twin::rotation);
-  visit("shift", found.shift, &Twin::shift);
-  visit("mean_edge", found.mean_edge, &Twin::mean_edge);
-  visit("before", found.before, &Twin::before);
-  visit("after", found.after, &Twin::after);
-  visit("ratio", found.ratio, &Twin::ratio);
-  visit("lies_in_scan", found.lies_in_scan, &Twin::lies_in_scan);
-  visit("matches", found.matches, &Twin::matches);
-  visit("other_unit", found.other_unit, &Twin::other_unit);
+  visit("rotation", found.rotation);
+  visit("shift", found.shift);
+  visit("mean_edge", found.mean_edge);
+  visit("before", found.before);
+  visit("after", found.after);
+  visit("ratio", found.ratio);
+  visit("lies_in_scan", found.lies_in_scan);
+  visit("matches", found.matches);
+  visit("other_unit", found.other_unit);
 }
 
 template <class Twin = Registration<double>, class Real, class Visit>

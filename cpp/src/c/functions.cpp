@@ -7,7 +7,6 @@
 #include <array>
 #include <cmath>
 #include <cstring>
-#include <dynmesh/alignment.hpp>
 #include <dynmesh/completer.hpp>
 #include <dynmesh/registration.hpp>
 #include <dynmesh/template_mesh.hpp>
@@ -563,64 +562,8 @@ dynmesh_status dynmesh_report(const dynmesh_completer* completer, dynmesh_frame_
   });
 }
 
-dynmesh_status dynmesh_topology(const dynmesh_completer* completer,
-                                dynmesh_topology_report* report) {
-  return at_any_time(completer, [&](const auto& c) {
-    check_pointer("report", report);
-    const TopologyReport& found = c.topology();
-    *report = {static_cast<int64_t>(found.components),
-               static_cast<int64_t>(found.isolated_vertices),
-               static_cast<int64_t>(found.boundary_edges),
-               static_cast<int64_t>(found.refused_faces.size())};
-  });
-}
-
-dynmesh_status dynmesh_refused_face(const dynmesh_completer* completer, int64_t number,
-                                    int64_t* face, const char** reason) {
-  return at_any_time(completer, [&](const auto& c) {
-    check_pointer("face", face);
-    check_pointer("reason", reason);
-    const auto& refused = c.topology().refused_faces;
-    if (number < 0 || number >= static_cast<int64_t>(refused.size())) {
-      refuse("number", "is ", number, ", but ", refused.size(),
-             " faces were refused, counted from 0");
-    }
-    const RefusedFace& found = refused[number];
-    *face = static_cast<int64_t>(found.index);
-    *reason = found.reason.c_str();
-  });
-}
-
 const uint8_t* dynmesh_tracker_observed(const dynmesh_tracker* tracker) {
   return data_of(tracker, [](const auto& t) { return t.observed(); });
-}
-
-dynmesh_status dynmesh_tracker_agreement_of_sensors(const dynmesh_tracker* tracker,
-                                                    dynmesh_agreement* values, int64_t count,
-                                                    int64_t* n_sensors) {
-  return with(tracker, [&](const auto& t) {
-    check_pointer("n_sensors", n_sensors);
-    if (count < 0) refuse("count", "is ", count);
-    check_pointer("values", values, static_cast<std::size_t>(count));
-    const auto found = t.agreement_of_sensors();
-    const auto n = std::min(found.size(), static_cast<std::size_t>(count));
-    std::ranges::transform(found.first(n), values, to_c<dynmesh_agreement, Agreement>);
-    *n_sensors = static_cast<int64_t>(found.size());
-  });
-}
-
-dynmesh_status dynmesh_find_alignment(const int32_t* faces, int64_t n_faces,
-                                      const dynmesh_points* first_frame, const dynmesh_points* scan,
-                                      dynmesh_alignment* alignment) {
-  return guarded([&] {
-    check_pointer("alignment", alignment);
-    with_training("first_frame", first_frame, nullptr,
-                  [&]<class Real>(Points<const Real> frame, const auto*) {
-                    const auto points = points_of<const Real>("scan", scan);
-                    *alignment = to_c<dynmesh_alignment>(
-                        find_alignment(faces_of(faces, n_faces), frame, points));
-                  });
-  });
 }
 
 dynmesh_status dynmesh_register(const dynmesh_registration_request* request,
