@@ -1,9 +1,7 @@
 /// The inner loops of the masked factorisation, optimised for each kind of processor.
 ///
 /// A panel is a dense block of a triangular factor: `rows` rows of `columns` numbers, packed row by
-/// row. Its first `columns` rows are the triangle. A matrix (n, columns) in blocks is in single
-/// precision and has `rows_of_block` rows in each block, which is stored column by column. The rows
-/// that the last block has in excess are 0.
+/// row. Its first `columns` rows are the triangle.
 #pragma once
 
 #include <dynmesh/types.hpp>
@@ -15,7 +13,6 @@ namespace dynmesh {
 constexpr Index widest_supernode = 32;
 /// The rows of a product begin at multiples of this number of elements.
 constexpr Index stride_of_products = 8;
-constexpr Index rows_of_block = 8;
 
 /// The number of elements that the functions below need in `work`, where `factor_triangle`
 /// stores a transposed triangle.
@@ -56,14 +53,6 @@ struct DenseKernels {
 
   SolveKernels of_one_field;
   SolveKernels of_three_fields;
-
-  /// Subtracts the product of a matrix in blocks and the quads `x` (columns,) from the quads `rows`
-  /// (n,) of `values`.
-  void (*subtract_blocks)(const float* blocks, Index n, Index columns, const double* x,
-                          const Index* rows, double* values);
-  /// Subtracts the product of the transposed matrix and those quads of `values` from `x`.
-  void (*subtract_transposed_blocks)(const float* blocks, Index n, Index columns, double* x,
-                                     const Index* rows, const double* values);
 };
 
 }  // namespace dynmesh

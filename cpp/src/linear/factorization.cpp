@@ -8,7 +8,6 @@ bool MaskedFactor::factorize(std::span<const std::uint8_t> mask, std::span<const
   const bool is_same_mask = std::ranges::equal(mask, mask_);
   if (is_same_mask && std::ranges::equal(added, added_)) return false;
   added_.assign(added.begin(), added.end());
-  is_rounded_ = false;
   mask_.clear();  // if anything fails below, the factor matches no mask
   if (!is_same_mask) thin_out(mask);
   for (Panel& panel : panels_) panel.head = none;

@@ -93,11 +93,6 @@ class MaskedFactor {
   /// the solution.
   void solve(std::span<Vector3> values, int fields);
 
-  /// The same with the factor in single precision, which is faster where one factor solves many
-  /// systems. What it multiplies by is symmetric and positive semidefinite, as conjugate gradients
-  /// need it, whatever the rounding. Allocates memory as `factorize` does.
-  void precondition(std::span<Vector3> values, int fields);
-
  private:
   struct Panel {
     Index first;  // its first row in the submatrix, in elimination order
@@ -105,8 +100,7 @@ class MaskedFactor {
     Index below;       // the rows below its triangle are rows_[below] to rows_[below + n_below - 1]
     std::size_t data;  // the index of its first entry in factor_
     Index n_below = 0;
-    Index n_inside = 0;       // those of them that are not above the panel's subtree, if it has one
-    std::size_t rounded = 0;  // the index of its first entry in rounded_
+    Index n_inside = 0;    // those of them that are not above the panel's subtree, if it has one
     Index sibling = none;  // the next panel whose first row below the triangle is in the supernode
     // A list of the earlier panels that contribute to this one.
     Index head = none;
@@ -152,9 +146,6 @@ class MaskedFactor {
   template <class Forward, class Backward>
   void pass(std::span<Vector3> values, int fields, const Forward& forward,
             const Backward& backward);
-  void precondition_one(std::span<Vector3> values);
-  void round();
-  void round(const Panel& panel);
 
   /// Calls `work(border)` for each subtree, sharing them if it is worth it.
   template <class Work>
@@ -191,10 +182,7 @@ class MaskedFactor {
   std::vector<Index> rows_;
   std::vector<double> factor_;
   std::vector<double> inverse_;  // the inverse of the diagonal of the factor
-  std::vector<float> rounded_;   // the factor in single precision, if it is_rounded_
-  bool is_rounded_ = false;
-  std::vector<Vector3> field_;  // one of several right-hand sides of `precondition`
-  std::size_t n_entries_ = 0;   // of the factor
+  std::size_t n_entries_ = 0;    // of the factor
 
   std::vector<Index> above_;          // the panels that are in no subtree
   std::vector<Border> borders_;       // those of the subtrees

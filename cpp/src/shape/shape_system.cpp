@@ -59,7 +59,7 @@ void ShapeSystem::precondition(Field right_side, std::span<Vector3> x) {
   const auto order = solved();
   workers_.for_each_in_chunks(order.size(),
                               [&](std::size_t r) { solution_[r] = right_side[at(order[r])]; });
-  factor_.precondition(solution_, 1);
+  factor_.solve(solution_, 1);
   scatter(solution_, 1, x);
 }
 
@@ -98,7 +98,7 @@ Field ShapeSystem::descend_to_planes(const Anchors& anchors) {
   std::ranges::fill(found, Vector3{});
   const auto precondition = [&] {
     std::ranges::copy(residual, solution.begin());
-    factor_.precondition(solution_, fields);
+    factor_.solve(solution_, fields);
   };
   const auto multiply = [&] { multiply_with_planes(width, anchors); };
   const auto advance = [&](const std::array<double, width>& lengths) {

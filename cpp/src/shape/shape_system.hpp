@@ -148,8 +148,7 @@ class ShapeSystem {
   /// (k,) W, the weights of the rows of K in the two products below; 1 at first.
   [[nodiscard]] std::span<double> resistance() { return resistance_; }
   /// While all vertices are solved for, with fields (k,): K^T W of a detail, K^T W K + mu C of
-  /// positions, where mu is the weight of the membrane, and what the factor of N in single
-  /// precision makes of a right-hand side.
+  /// positions, where mu is the weight of the membrane, and N^-1 of a right-hand side.
   void apply_transposed(Field detail, std::span<Vector3> x);
   void multiply(Field x, std::span<Vector3> product);
   void precondition(Field right_side, std::span<Vector3> x);
