@@ -31,7 +31,7 @@ constexpr const char* help =
 Completes the missing vertices of every frame of a dynamic mesh, from that frame and
 earlier frames only.
 
-  --template MESH    the complete frame 0 and the faces: .obj, .ply or .off
+  --template MESH    the complete frame 0 and the faces: .obj or .ply
   --input FRAMES     frames 1, 2, ... with the vertices of MESH in the same order;
                      a vertex with a coordinate that is NaN or infinite is missing
   --output FRAMES    one completed frame for each input frame

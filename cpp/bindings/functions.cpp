@@ -118,13 +118,6 @@ py::tuple py_parse_obj(const py::bytes& data) {
                         file.has_colours);
 }
 
-py::tuple py_parse_off(const py::bytes& data) {
-  const std::string_view text = data;
-  const PolygonMesh mesh = without_gil([&] { return parse_off(text); });
-  return py::make_tuple(array_of(mesh.positions).reshape({-1, 3}), array_of(mesh.sizes),
-                        array_of(mesh.corners));
-}
-
 py::tuple py_parse_ply(const py::bytes& data) {
   const std::string_view view = data;
   const PlyFile file = without_gil([&] { return parse_ply(view); });
@@ -186,7 +179,6 @@ void bind_functions(py::module_& module) {
       });
   module.def("parse_number", &number_in);
   module.def("parse_obj", &py_parse_obj);
-  module.def("parse_off", &py_parse_off);
   module.def("parse_ply", &py_parse_ply);
   module.def("register", &py_register<float>);
   module.def("register", &py_register<double>);

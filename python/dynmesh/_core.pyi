@@ -44,6 +44,7 @@ def find_alignment(faces: _Indices, first_frame: _Doubles, scan: _Doubles) -> di
 def register(
     faces: _Indices, template: _Positions, scan: Any, *choices: Any
 ) -> tuple[_Positions, _Flags, _Positions, dict[str, Any]]: ...
+
 # None if the word is not a number; otherwise as in all text files, NaN and infinity included.
 def parse_number(word: str) -> float | None: ...
 
@@ -55,9 +56,6 @@ def parse_obj(
 ) -> tuple[
     NDArray[np.float64], NDArray[np.int64], NDArray[np.int64], list[str], list[str], bool
 ]: ...
-def parse_off(
-    data: bytes,
-) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.int64]]: ...
 def parse_ply(
     data: bytes,
 ) -> tuple[

@@ -482,7 +482,7 @@ typedef struct dynmesh_template {
   int64_t n_faces;
 } dynmesh_template;
 
-/// Reads an OBJ, PLY or OFF file, according to its suffix. `path` is UTF-8, on Windows as well. No
+/// Reads an OBJ or PLY file, according to its suffix. `path` is UTF-8, on Windows as well. No
 /// vertex or face is dropped, merged or renumbered; a file for which this is not possible is
 /// refused. Free `*mesh` with dynmesh_free_template. It is set to null if this function fails.
 DYNMESH_EXPORT dynmesh_status dynmesh_read_template(const char* path,

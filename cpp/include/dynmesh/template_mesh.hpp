@@ -27,7 +27,7 @@ struct TemplateMesh {
   [[nodiscard]] Faces triangles() const { return {faces.data(), faces.size() / 3}; }
 };
 
-/// Reads an OBJ, PLY or OFF file, according to its suffix. `path` is UTF-8, on Windows as well. No
+/// Reads an OBJ or PLY file, according to its suffix. `path` is UTF-8, on Windows as well. No
 /// vertex or face is dropped, merged or renumbered. Throws UnreadableFile if the file cannot be
 /// read completely.
 DYNMESH_EXPORT TemplateMesh read_template(const std::string& path);

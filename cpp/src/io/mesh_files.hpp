@@ -1,4 +1,4 @@
-/// The parsers of OBJ, OFF and PLY files.
+/// The parsers of OBJ and PLY files.
 #pragma once
 
 #include <algorithm>
@@ -32,11 +32,6 @@ struct ObjFile {
 /// MalformedFile if a vertex or face is invalid. Takes linear time, and memory of a small multiple
 /// of the size of the text.
 ObjFile parse_obj(std::string_view text);
-
-/// Parses the text of an OFF file or of a variant such as COFF, whose normals, colours and texture
-/// coordinates are skipped. Positions may be NaN or infinite. Throws MalformedFile if the text is
-/// invalid. Takes linear time, and memory of a small multiple of the size of the text.
-PolygonMesh parse_off(std::string_view text);
 
 /// Numbers of one of the types of PLY, in the byte order of the processor.
 using PlyNumbers =

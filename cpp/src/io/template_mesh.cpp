@@ -114,16 +114,14 @@ auto read_mesh(const std::string& path, const Convert& convert) {
     refuse_file(path, "is not a name in UTF-8");
   }
   const std::string suffix = lowercase_suffix(path);
-  if (suffix != ".obj" && suffix != ".ply" && suffix != ".off") {
-    refuse_file(path, "a template must be an .obj, .ply or .off file");
+  if (suffix != ".obj" && suffix != ".ply") {
+    refuse_file(path, "a template must be an .obj or a .ply file");
   }
   std::ifstream file(system_path, std::ios::binary);
   if (!file || std::filesystem::is_directory(system_path)) refuse_file(path, "cannot be opened");
   const std::string data(std::istreambuf_iterator<char>(file), {});
   try {
-    return convert(suffix == ".obj"   ? parse_obj(data).mesh
-                   : suffix == ".ply" ? mesh_of_ply(data)
-                                      : parse_off(data));
+    return convert(suffix == ".obj" ? parse_obj(data).mesh : mesh_of_ply(data));
   } catch (const MalformedFile& error) {
     refuse_file(path, error.what());
   }

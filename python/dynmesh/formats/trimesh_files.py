@@ -1,4 +1,4 @@
-"""STL, OFF and glTF: one mesh, such as a template. trimesh reads STL and glTF (extra `scans`).
+"""STL, OFF and glTF: one mesh, such as a template, by trimesh (extra `scans`).
 
 Vertices at the same position become one, since STL repeats them in every triangle, and glTF where
 texture coordinates or normals differ. Their order depends on that, so several such files are no
@@ -6,6 +6,7 @@ sequence. All meshes of a scene become one, in the space of the scene. glTF is i
 its animations are not read.
 """
 
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._core import parse_off
 from .._errors import InputError, of_library
 from .._extras import require
 from ..frames import FileFrames, Frame, Indices
@@ -33,13 +33,9 @@ class ModelFrames(FileFrames):
         """Reads the mesh."""
         kind, held = path.suffix.lower()[1:], set[str]()
         path.open("rb").close()  # gives the error message of the system
-        if kind == "off":
-            points, *faces = parse_off(path.read_bytes())
-            polygons = Polygons(*faces)
-        else:
-            with of_library(f"cannot be read as {kind.upper()}"):
-                held = what_gltf_holds(path) if path.suffix.lower() in _GLTF else held
-                points, polygons = _by_trimesh(path)
+        with of_library(f"cannot be read as {kind.upper()}"):
+            held = what_gltf_holds(path) if path.suffix.lower() in _GLTF else held
+            points, polygons = _by_trimesh(path)
         if not len(points):  # of a file that is cut, too
             raise InputError(f"cannot be read as {kind.upper()}: it has no vertices")
         if not np.isfinite(points).all():
@@ -79,6 +75,8 @@ def _by_trimesh(path: Path) -> tuple[NDArray[np.float64], Polygons]:
     corners = np.asarray(getattr(mesh, "faces", np.zeros((0, 3))), np.int64).reshape(-1)
     if path.suffix.lower() == ".stl":
         _check_stl(path.read_bytes(), len(corners) // 3)
+    if path.suffix.lower() == ".off":
+        _check_off(path.read_bytes())
     return points, Polygons(np.full(len(corners) // 3, 3), corners)
 
 
@@ -94,6 +92,19 @@ def _check_stl(content: bytes, n_faces: int) -> None:
             raise InputError(f"{message}; is it cut or damaged?")
     if stated != n_faces:
         raise InputError(f"states {stated} triangles, but {n_faces} were read")
+
+
+def _check_off(content: bytes) -> None:
+    """Refuses an OFF file with fewer lines than vertices and faces, which the library accepts."""
+    text = re.sub(rb"#[^\r\n]*", b"", content)
+    stated = re.search(rb"OFF\s+(\d+)\s+(\d+)[^\r\n]*", text)
+    if stated is None:
+        raise InputError("cannot be read as OFF: it does not state its numbers")
+    vertices, faces = int(stated[1]), int(stated[2])
+    n_lines = sum(bool(line.strip()) for line in text[stated.end() :].splitlines())
+    if n_lines < vertices + faces:
+        message = f"states {vertices} vertices and {faces} faces, but has {n_lines} lines of them"
+        raise InputError(f"{message}; is it cut or damaged?")
 
 
 model = Format("model", (".stl", ".off", *_GLTF), ModelFrames, library=("trimesh", "scans"))

@@ -203,9 +203,9 @@ OTHERS: dict[str, tuple[str, str, str]] = {
     "too few vertices": (
         "off",
         OFF.replace("1 0 0\n", ""),
-        "line 5: a vertex has 3 coord",
+        "states 3 vertices and 1 faces, but has 3 lines",
     ),
-    "a corner outside": ("off", OFF.replace("1 2\n", "1 3\n"), "line 6: .*'3'"),
+    "a corner outside": ("off", OFF.replace("1 2\n", "1 3\n"), "OFF: .*outside"),
     "Alembic in HDF5": ("abc", "\x89HDF\r\n\x1a\n" + "\0" * 99, "in HDF5; write it as Ogawa"),
 }
 
@@ -223,7 +223,8 @@ def test_a_file_that_holds_other_numbers_than_it_states_is_refused(
 def test_off_may_mix_polygons(tmp_path: Path) -> None:
     path = tmp_path / "a.off"
     path.write_text("OFF\n4 2 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2\n4 0 1 2 3\n")
-    assert dynmesh.read(path).faces.tolist() == [[0, 1, 2], [0, 1, 2], [0, 2, 3]]
+    faces = [sorted(face) for face in dynmesh.read(path).faces.tolist()]
+    assert faces == [[0, 1, 2], [0, 1, 2], [0, 2, 3]]
 
 
 @pytest.mark.parametrize("place", [33, -12])

@@ -17,37 +17,6 @@ namespace {
 
 using Line = std::span<const std::string_view>;
 
-/// What the two formats share: vertices, faces, and errors that name the line.
-struct Parser {
-  explicit Parser(std::string_view text) : text_(without_byte_order_mark(text)), lines_(text_) {}
-
-  [[noreturn]] void refuse(const std::string& why) const { refuse_line(text_, place_, why); }
-
-  [[nodiscard]] std::size_t n_vertices() const { return mesh_.positions.size() / 3; }
-
-  [[nodiscard]] double number(std::string_view word) const {
-    const std::optional<double> value = number_in(word);
-    if (!value) refuse(quoted(word) + " cannot be read as a double");
-    return *value;
-  }
-
-  [[noreturn]] void refuse_vertex(std::size_t n_coordinates) const {
-    refuse("a vertex has 3 coordinates, not " + std::to_string(n_coordinates));
-  }
-
-  void add_size(std::size_t n_corners) {
-    if (n_corners < 3) {
-      refuse("a face has " + std::to_string(n_corners) + " corners, but needs 3");
-    }
-    mesh_.sizes.push_back(static_cast<std::int64_t>(n_corners));
-  }
-
-  std::string_view text_;
-  Lines lines_;
-  std::string_view place_;  // of what is being read
-  PolygonMesh mesh_;
-};
-
 constexpr std::array<std::string_view, 5> further_keywords = {"vt", "vn", "usemtl", "g", "o"};
 
 std::vector<std::string_view> first_comments(std::string_view text) {
@@ -62,9 +31,10 @@ std::vector<std::string_view> first_comments(std::string_view text) {
   return comments;
 }
 
-class ObjParser : Parser {
+/// Errors name the line.
+class ObjParser {
  public:
-  using Parser::Parser;
+  explicit ObjParser(std::string_view text) : text_(without_byte_order_mark(text)), lines_(text_) {}
 
   ObjFile parse() {
     while (next_statement()) {
@@ -86,6 +56,16 @@ class ObjParser : Parser {
   }
 
  private:
+  [[noreturn]] void refuse(const std::string& why) const { refuse_line(text_, place_, why); }
+
+  [[nodiscard]] std::size_t n_vertices() const { return mesh_.positions.size() / 3; }
+
+  [[nodiscard]] double number(std::string_view word) const {
+    const std::optional<double> value = number_in(word);
+    if (!value) refuse(quoted(word) + " cannot be read as a double");
+    return *value;
+  }
+
   /// Moves to the next statement: a line without comments, which is joined with the next one if it
   /// ends with a backslash. Returns false if there is none.
   bool next_statement() {
@@ -110,7 +90,9 @@ class ObjParser : Parser {
       if (i == 3) fourth = value;
     }
     const std::size_t count = words.size();
-    if (count < 3 || count == 5 || count > 7) refuse_vertex(count);
+    if (count < 3 || count == 5 || count > 7) {
+      refuse("a vertex has 3 coordinates, not " + std::to_string(count));
+    }
     if (count == 4 && fourth != 1) refuse("a vertex has a weight that is not 1");
     has_colours_ |= count > 4;
   }
@@ -129,7 +111,10 @@ class ObjParser : Parser {
       largest_ = vertex;
       place_of_largest_ = place_;
     }
-    add_size(words.size());
+    if (words.size() < 3) {
+      refuse("a face has " + std::to_string(words.size()) + " corners, but needs 3");
+    }
+    mesh_.sizes.push_back(static_cast<std::int64_t>(words.size()));
   }
 
   /// Returns the vertex of a corner, counted from 0. Texture coordinate and normal may follow it,
@@ -153,6 +138,10 @@ class ObjParser : Parser {
     return number > 0 ? number - 1 : before + number;
   }
 
+  std::string_view text_;
+  Lines lines_;
+  std::string_view place_;  // of what is being read
+  PolygonMesh mesh_;
   std::vector<std::string_view> words_;    // of the statement
   std::vector<std::string_view> further_;  // keywords, each once
   bool has_colours_ = false;
@@ -160,91 +149,8 @@ class ObjParser : Parser {
   std::string_view place_of_largest_;
 };
 
-/// Whether `word` is OFF or a variant of it, such as COFF or STOFF.
-bool begins_off(std::string_view word) {
-  if (!word.ends_with("OFF")) return false;
-  word.remove_suffix(3);
-  return word.find_first_not_of("CNST") == std::string_view::npos;
-}
-
-class OffParser : Parser {
- public:
-  using Parser::Parser;
-
-  PolygonMesh parse() {
-    bool began = false;
-    for (std::vector<std::string_view> words; lines_.next(); words.clear()) {
-      place_ = lines_.line();
-      if (!add_words(without_comment(place_), words)) continue;
-      Line rest = words;
-      if (!began && begins_off(rest[0])) {
-        is_plain_ = rest[0] == "OFF";
-        rest = rest.subspan(1);
-      }
-      began = true;
-      if (rest.empty()) continue;
-      if (counts_.size() < 2) {
-        add_counts(rest);
-      } else if (n_vertices() < counts_[0]) {
-        add_vertex(rest);
-      } else if (mesh_.sizes.size() < counts_[1]) {
-        add_face(rest);
-      }
-    }
-    if (counts_.size() < 2) throw MalformedFile("ends before the numbers of vertices and faces");
-    if (n_vertices() < counts_[0] || mesh_.sizes.size() < counts_[1]) {
-      throw MalformedFile("declares " + std::to_string(counts_[0]) + " vertices and " +
-                          std::to_string(counts_[1]) + " faces, but ends after " +
-                          std::to_string(n_vertices()) + " and " +
-                          std::to_string(mesh_.sizes.size()));
-    }
-    return std::move(mesh_);
-  }
-
- private:
-  [[nodiscard]] std::size_t count(std::string_view word) const {
-    const std::optional<std::size_t> value = count_in(word);
-    if (!value) refuse(quoted(word) + " is not a count");
-    return *value;
-  }
-
-  void add_counts(Line words) {
-    if (std::ranges::find(words, "BINARY") != words.end()) {
-      throw MalformedFile("binary OFF is not supported; convert it to text or to PLY");
-    }
-    for (const auto word : words) counts_.push_back(count(word));
-  }
-
-  void add_vertex(Line words) {
-    if (words.size() < 3 || (is_plain_ && words.size() > 3)) refuse_vertex(words.size());
-    for (const auto word : words.first(3)) mesh_.positions.push_back(number(word));
-  }
-
-  void add_face(Line words) {
-    const std::size_t size = count(words[0]);
-    add_size(size);
-    if (size > words.size() - 1) {
-      refuse("a face has " + std::to_string(size) + " corners, but lists " +
-             std::to_string(words.size() - 1));
-    }
-    for (const auto word : words.subspan(1, size)) {
-      const std::size_t vertex = count(word);
-      if (vertex >= counts_[0]) {
-        refuse("there is no vertex " + quoted(word) + ", counted from 0, of " +
-               std::to_string(counts_[0]));
-      }
-      mesh_.corners.push_back(static_cast<std::int64_t>(vertex));
-    }
-  }
-
-  std::vector<std::size_t> counts_;  // of vertices, faces and edges; that of edges is not used
-  bool is_plain_ = true;  // no normals, colours or texture coordinates after the positions
-};
-
 }  // namespace
 
 ObjFile parse_obj(std::string_view text) { return ObjParser(text).parse(); }
-
-PolygonMesh parse_off(std::string_view text) { return OffParser(text).parse(); }
 
 }  // namespace dynmesh
