@@ -218,28 +218,18 @@ auto CompletionQuality::shares_of(Field frame, Generation generation) const -> S
 /// Whether the anchors are a mirror image of themselves in frame 0, which the lengths of edges do
 /// not tell: a reflection brings them much closer than any rotation does.
 bool CompletionQuality::is_mirrored(Field frame, Generation generation) const {
-  const auto arm = [&](Field of, std::size_t v, const Eigen::Vector3d& from) -> Eigen::Vector3d {
-    return per_edge_ * to_eigen(of[v]) - from;
+  const auto for_each_anchor = [&](const auto& visit) {
+    for (std::size_t v = 0; v < frame.size(); ++v) {
+      if (generation[v] != 0) continue;
+      visit(per_edge_ * to_eigen(first_frame_[v]), per_edge_ * to_eigen(frame[v]));
+    }
   };
-  Eigen::Vector3d before = Eigen::Vector3d::Zero();
-  Eigen::Vector3d now = Eigen::Vector3d::Zero();
-  const Eigen::Vector3d origin = Eigen::Vector3d::Zero();
-  double n = 0;
-  for (std::size_t v = 0; v < frame.size(); ++v) {
-    if (generation[v] != 0) continue;
-    before += arm(first_frame_, v, origin);
-    now += arm(frame, v, origin);
-    n += 1;
-  }
-  Eigen::Matrix3d moments = Eigen::Matrix3d::Zero();
+  const Moments found = moments_of(for_each_anchor);
+  const Eigen::Matrix3d& moments = found.arms.now;
   double squares = 0;
-  for (std::size_t v = 0; v < frame.size(); ++v) {
-    if (generation[v] != 0) continue;
-    const Eigen::Vector3d p = arm(first_frame_, v, before / n);
-    const Eigen::Vector3d q = arm(frame, v, now / n);
-    moments += q * p.transpose();
-    squares += p.squaredNorm() + q.squaredNorm();
-  }
+  for_each_anchor([&](const Eigen::Vector3d& before, const Eigen::Vector3d& now) {
+    squares += (before - found.before).squaredNorm() + (now - found.now).squaredNorm();
+  });
   if (!moments.allFinite() || !(moments.determinant() < 0)) return false;
   const Eigen::Vector3d spread = Eigen::JacobiSVD<Eigen::Matrix3d>(moments).singularValues();
   const double turned = squares - 2 * (spread[0] + spread[1] - spread[2]);

@@ -75,6 +75,17 @@ inline Vector3 cross(const Vector3& a, const Vector3& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 
+/// v with length 1; zero if it has no direction.
+inline Vector3 unit_of(const Vector3& v) {
+  const double length = std::sqrt(squared_norm(v));
+  return length > 0 && std::isfinite(length) ? (1 / length) * v : Vector3{};
+}
+
+/// The normal of a triangle, as long as twice its area.
+inline Vector3 normal_of(const Triangle& face, Field x) {
+  return cross(x[at(face[1])] - x[at(face[0])], x[at(face[2])] - x[at(face[0])]);
+}
+
 /// Packs the values of equal keys, from 0 to `n_keys` - 1, into lists: `add(visit)` calls
 /// `visit(key, value)`, the same calls each time. Each list has the order of the calls.
 template <class Add>

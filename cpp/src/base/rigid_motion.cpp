@@ -31,18 +31,9 @@ RigidMotion fit_rigid_motion(const Moments& moments) {
 }
 
 RigidMotion fit_rigid_motion(std::span<const Index> vertices, Field before, Field after) {
-  Moments moments;
-  moments.number = static_cast<double>(vertices.size());
-  for (const Index v : vertices) {
-    moments.before += to_eigen(before[v]);
-    moments.now += to_eigen(after[v]);
-  }
-  moments.before /= moments.number;
-  moments.now /= moments.number;
-  for (const Index v : vertices) {
-    moments.arms.add(1, to_eigen(before[v]) - moments.before, to_eigen(after[v]) - moments.now);
-  }
-  return fit_rigid_motion(moments);
+  return fit_rigid_motion(moments_of([&](const auto& visit) {
+    for (const Index v : vertices) visit(to_eigen(before[v]), to_eigen(after[v]));
+  }));
 }
 
 RigidMotion fit_rigid_motion(Field before, Field after) {

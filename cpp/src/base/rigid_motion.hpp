@@ -70,6 +70,23 @@ struct Moments {
   }
 };
 
+/// Those of the points that `for_each(visit)` visits, before and now, the same ones each time.
+template <class ForEach>
+Moments moments_of(const ForEach& for_each) {
+  Moments moments;
+  for_each([&](const Eigen::Vector3d& before, const Eigen::Vector3d& now) {
+    ++moments.number;
+    moments.before += before;
+    moments.now += now;
+  });
+  moments.before /= moments.number;
+  moments.now /= moments.number;
+  for_each([&](const Eigen::Vector3d& before, const Eigen::Vector3d& now) {
+    moments.arms.add(1, before - moments.before, now - moments.now);
+  });
+  return moments;
+}
+
 inline Eigen::Isometry3d to_eigen(const RigidMotion& given) {
   Eigen::Isometry3d motion(given.rotation);
   motion.translation() = given.to - motion.linear() * given.from;

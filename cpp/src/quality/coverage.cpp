@@ -19,9 +19,8 @@ const double least_agreement = TrackingConstants{}.agreement;
 std::vector<double> areas_of(std::span<const Triangle> faces, Field x) {
   std::vector<double> areas(x.size());
   for (const Triangle& face : faces) {
-    const auto corner = [&](std::size_t c) { return x[at(face[c])]; };
-    const auto normal = cross(corner(1) - corner(0), corner(2) - corner(0));
-    for (const Index v : face) areas[at(v)] += std::sqrt(squared_norm(normal)) / 6;
+    const double twice = std::sqrt(squared_norm(normal_of(face, x)));
+    for (const Index v : face) areas[at(v)] += twice / 6;
   }
   return areas;
 }

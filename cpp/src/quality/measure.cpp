@@ -14,7 +14,11 @@
 namespace dynmesh {
 namespace {
 
-/// How many times as long the edges have become, by their median.
+/// Whether the median edge became so many times as long or as short.
+bool is_beyond(double growth, double times) { return !(growth > 1 / times && growth < times); }
+
+}  // namespace
+
 double growth_of(const Cells& cells, Field before, Field after) {
   std::vector<double> ratios;
   for (std::size_t v = 0; v < before.size(); ++v) {
@@ -25,11 +29,6 @@ double growth_of(const Cells& cells, Field before, Field after) {
   }
   return ratios.empty() ? 1 : std::sqrt(quantile(std::move(ratios), 0.5));
 }
-
-/// Whether the median edge became so many times as long or as short.
-bool is_beyond(double growth, double times) { return !(growth > 1 / times && growth < times); }
-
-}  // namespace
 
 double unexplained_share(const Matches& matches, double mean_edge, double far_share) {
   std::vector<double> distances;

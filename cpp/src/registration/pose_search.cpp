@@ -97,14 +97,7 @@ bool PoseSearch::finish(const PointScan& scan, const Trial& trial) {
 double PoseSearch::growth(const PointScan& scan, const Targets& targets) {
   begin(scan, targets);
   const Trial trial = trials_of(by_points(targets)).front();
-  std::vector<double> ratios;
-  for (Index v = 0; v < static_cast<Index>(trial.x.size()); ++v) {
-    for (const Index n : mesh_.topology().cells[v]) {
-      const double before = squared_norm(mesh_.first_frame()[at(v)] - mesh_.first_frame()[at(n)]);
-      if (before > 0) ratios.push_back(squared_norm(trial.x[at(v)] - trial.x[at(n)]) / before);
-    }
-  }
-  return ratios.empty() ? 1 : std::sqrt(quantile(std::move(ratios), 0.5));
+  return growth_of(mesh_.topology().cells, mesh_.first_frame(), trial.x);
 }
 
 /// Tells the landmarks of parts without points from the others.

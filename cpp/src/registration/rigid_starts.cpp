@@ -188,11 +188,9 @@ SurfaceSample sample_surface(std::span<const Triangle> faces, Field x, std::size
   double total = 0;
   std::vector<Vector3> normals;
   for (const Triangle& face : faces) {
-    const auto corner = [&](std::size_t c) { return x[at(face[c])]; };
-    const auto normal = cross(corner(1) - corner(0), corner(2) - corner(0));
-    const double area = std::sqrt(squared_norm(normal));
-    normals.push_back((area > 0 ? 1 / area : 0) * normal);
-    ends.push_back(total += area);
+    const auto normal = normal_of(face, x);
+    normals.push_back(unit_of(normal));
+    ends.push_back(total += std::sqrt(squared_norm(normal)));
   }
   SurfaceSample sample;
   if (!(total > 0)) return sample;

@@ -135,24 +135,14 @@ double Increments::nearness(const ClusterPair& pair) const {
 
 void Increments::find_moments(Field previous, Field observed) {
   const auto find = [&](std::size_t c) {
-    Moments& moments = moments_[c] = {};
+    moments_[c] = {};
     if (anchors_[c] == 0) return;
-    const auto for_each_anchor = [&](const auto& visit) {
+    moments_[c] = moments_of([&](const auto& visit) {
       for (const Index v : clusters_.members[static_cast<Index>(c)]) {
         if (generation_[v] == Generations::anchor) {
           visit(to_eigen(previous[v]), to_eigen(observed[v]));
         }
       }
-    };
-    for_each_anchor([&](const auto& before, const auto& now) {
-      moments.before += before;
-      moments.now += now;
-    });
-    moments.number = anchors_[c];
-    moments.before /= anchors_[c];
-    moments.now /= anchors_[c];
-    for_each_anchor([&](const auto& before, const auto& now) {
-      moments.arms.add(1, before - moments.before, now - moments.now);
     });
   };
   workers_.for_each_in_chunks(moments_.size(), find, Clusters::typical_size);

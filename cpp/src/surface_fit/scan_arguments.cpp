@@ -182,11 +182,9 @@ PointScan point_scan_of(std::span<const DepthImage> images, double jump, std::si
         const auto point = point_of(image, here);
         const auto normal = cross(point_of(image, below) - point_of(image, above),
                                   point_of(image, right) - point_of(image, left));
-        const double length = std::sqrt(squared_norm(normal));
-        const bool is_plane = length > 0 && std::isfinite(length);
         const bool is_away = dot(normal, sensor - point) < 0;
         scan.points.push_back(point);
-        scan.normals.push_back(is_plane ? ((is_away ? -1 : 1) / length) * normal : Vector3{});
+        scan.normals.push_back((is_away ? -1.0 : 1.0) * unit_of(normal));
         scan.sensor_numbers.push_back(number);
       }
     }

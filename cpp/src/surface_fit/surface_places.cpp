@@ -36,14 +36,11 @@ std::vector<std::uint32_t> next_sides(std::span<const Triangle> faces) {
 
 std::vector<Vector3> vertex_normals(std::span<const Triangle> faces, Field frame) {
   std::vector<Vector3> normals(frame.size());
-  for (const auto& [a, b, c] : faces) {
-    const auto normal = cross(frame[b] - frame[a], frame[c] - frame[a]);
-    for (const Index v : {a, b, c}) normals[v] = normals[v] + normal;
+  for (const Triangle& face : faces) {
+    const auto normal = normal_of(face, frame);
+    for (const Index v : face) normals[v] = normals[v] + normal;
   }
-  for (auto& normal : normals) {
-    const double length = std::sqrt(squared_norm(normal));
-    normal = length > 0 && std::isfinite(length) ? (1 / length) * normal : Vector3{};
-  }
+  std::ranges::transform(normals, normals.begin(), unit_of);
   return normals;
 }
 
