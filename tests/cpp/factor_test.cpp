@@ -148,8 +148,8 @@ void check_against_eigen(const Matrix& matrix, MaskedFactor& factor) {
 
 TEST_CASE("a masked factor agrees with Eigen for every mask, kind of processor and threads") {
   Workers alone(1);
-  Workers divided(1, in_small_pieces());
-  Workers two(2, in_small_pieces());
+  Workers divided(1, in_small_pieces(1));
+  Workers two(2, in_small_pieces(1));
   for (const Matrix& matrix :
        {random_matrix(1, 3), random_matrix(2, 3), random_matrix(5, 3), random_matrix(40, 3),
         random_matrix(400, 3), smooth_matrix(torus(24)),

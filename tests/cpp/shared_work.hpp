@@ -11,13 +11,7 @@ namespace dynmesh::testing {
 /// Pieces of a few vertices and small steps, with a caller that waits for other threads to take
 /// some.
 constexpr TaskSharing in_small_pieces(Index vertices = 16) {
-  return {.chunk = vertices,
-          .short_chunk = vertices,
-          .fewest_pieces = 2,
-          .patience = 1'000'000,
-          .backwards = false,
-          .factor_from = 0,
-          .solve_from = 0};
+  return {.chunk = vertices, .fewest_pieces = 2, .patience = 1'000'000};
 }
 
 /// Completers that are constructed during its lifetime share their work in such pieces.

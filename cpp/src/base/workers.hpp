@@ -17,10 +17,9 @@ namespace dynmesh {
 /// are woken. docs/results.md and the documentation of the setting `threads` state the resulting
 /// mesh sizes.
 struct TaskSharing {
-  /// The number of vertices in a chunk. Its part of every array fits into the first-level cache.
+  /// The number of vertices in a chunk, whose part of every array fits into the first-level cache.
+  /// Short chunks, for more work per vertex, have a quarter of it.
   Index chunk = 1024;
-  /// The same if the work per vertex is larger.
-  Index short_chunk = 256;
   /// If there are fewer pieces, of chunks that are not short, the calling thread executes them all,
   /// since it would be done about as soon as another thread has woken up.
   Index fewest_pieces = 24;
@@ -30,11 +29,6 @@ struct TaskSharing {
   /// For tests: a thread that is alone executes the pieces from the last to the first, which must
   /// not change any result.
   bool backwards = false;
-  /// The factorisation of method detail is divided into parts, which threads share, if they take
-  /// part at all and it takes at least this many multiplications.
-  double factor_from = 4e6;
-  /// Solving with a factor that is divided is shared if it takes this many multiplications.
-  double solve_from = 2e5;
 };
 
 /// The default of Workers. Only tests change it, before they construct completers, so that the work
@@ -106,7 +100,7 @@ class Workers {
   /// rounding. `weight` is the work of a number, in that of a vertex.
   template <class Work>
   void for_each_short_chunk(Index count, const Work& work, Index weight = 1) {
-    const Index length = (std::max(sharing_.short_chunk / weight, Index{1}) + 3) / 4 * 4;
+    const Index length = (std::max(sharing_.chunk / 4 / weight, Index{1}) + 3) / 4 * 4;
     const Index chunks = (count + length - 1) / length;
     const Index together = length * std::max(chunks / (pieces_of_thread * threads()), Index{1});
     share((count + together - 1) / together, are_worth_it(count * weight),

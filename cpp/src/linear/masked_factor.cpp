@@ -10,6 +10,10 @@ namespace {
 /// Pivots below this fraction of the diagonal of the matrix are zero except for rounding errors.
 constexpr double singular = 1e-14;
 
+/// A factorisation is divided into parts, which threads share, if they take part at all and it
+/// takes at least this many multiplications for each vertex of a chunk.
+constexpr double factor_from = 4e6 / 1024;
+
 /// A subtree has at most this share of the work. With smaller ones, threads wait less for the last
 /// of them, but more work is left above them.
 constexpr double largest_share = 1.0 / 10;
@@ -144,7 +148,7 @@ void MaskedFactor::thin_out(std::span<const std::uint8_t> mask) {
 void MaskedFactor::divide() {
   const double all = std::accumulate(multiplications_.begin(), multiplications_.end(), 0.0);
   const bool is_worth_it = workers_.are_worth_it(static_cast<Index>(row_of_.size())) &&
-                           all >= workers_.task_sharing().factor_from;
+                           all >= factor_from * workers_.task_sharing().chunk;
   for (Index s = 0; s < plan_.supernodes(); ++s) {
     const Index up = plan_.parents[s];
     if (up != none) multiplications_[up] += multiplications_[s];

@@ -61,9 +61,9 @@ struct FactorPlan {
 /// 2008). Its order and supernodes are computed for the whole matrix, and each mask selects a part
 /// of them.
 ///
-/// If the factorisation takes long (TaskSharing::factor_from), subtrees of the elimination forest
-/// are factored by different threads, and then the panels above them by one. The results do not
-/// depend on the number of threads.
+/// If the factorisation takes long, subtrees of the elimination forest are factored by different
+/// threads, and then the panels above them by one. The results do not depend on the number of
+/// threads.
 class MaskedFactor {
  public:
   /// `matrix` must be positive semidefinite. `workers` must outlive this object.

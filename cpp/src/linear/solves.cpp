@@ -8,6 +8,10 @@ namespace {
 
 constexpr Index quad = 4;
 
+/// Solving with a factor that is divided is shared if it takes this many multiplications for each
+/// vertex of a chunk.
+constexpr double solve_from = 2e5 / 1024;
+
 }  // namespace
 
 /// Calls `forward(panel, sums)` for all panels and then `backward(panel)` in reverse. Forward steps
@@ -18,7 +22,7 @@ void MaskedFactor::pass(std::span<Vector3> values, int fields, const Forward& fo
                         const Backward& backward) {
   const std::size_t width = at(fields);
   const bool is_worth_it =
-      static_cast<double>(n_entries_) * fields >= workers_.task_sharing().solve_from;
+      static_cast<double>(n_entries_) * fields >= solve_from * workers_.task_sharing().chunk;
   for_each_subtree(is_worth_it, [&](Border& border) {
     Vector3* sums = border_sums_.data() + 3 * border.first;
     std::fill_n(sums, at(border.end - border.first) * width, Vector3{});
