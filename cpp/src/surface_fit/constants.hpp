@@ -101,6 +101,13 @@ struct TrackingConstants {
   /// Six points determine a rigid motion, if all are good. Fewer than this move no surface rigidly,
   /// and components whose points have a smaller sum of weights are not drawn to them.
   std::size_t fewest = 12;
+  /// Nor are those that have a smaller share of the points that their share in what the sensors see
+  /// of the surface promises.
+  double least_measured = 0.2;
+  /// A component begins a frame elsewhere than the others if its vertices are nearer to points
+  /// there by more than this on average, each at so many vertices.
+  double own_start = 0.5;
+  std::size_t vertices_of_start = 50;
 
   /// A point that is far from the surface is stray, and of no surface, if the points around it are
   /// so many times farther from it than usual.

@@ -52,7 +52,11 @@ Matches::Matches(std::span<const Triangle> faces, const Topology& topology, Work
       outside_(find_outsides(faces, topology, first_frame, mean_edge)),
       boundary_(faces, topology, mean_edge, materials, constants),
       places_(faces, first_frame),
-      normals_(first_frame.size()) {}
+      normals_(first_frame.size()) {
+  for (const Index of : topology.component) {
+    is_sheet_.push_back(materials_[at(of)].is_sheet ? 1 : 0);
+  }
+}
 
 void Matches::begin(const PointScan& measurement) {
   measurement_ = &measurement;
@@ -71,6 +75,18 @@ void Matches::find_normals(Field x) {
   normals_ = vertex_normals(faces_, x);
   for (std::size_t v = 0; v < x.size(); ++v) {
     normals_[v] = outside_[topology_.component[v]] * normals_[v];
+  }
+}
+
+void Matches::look(Field x) {
+  if (topology_.report.components < 2) return;
+  find_normals(x);
+  visibility_ = find_visibility(faces_, topology_.component, x, normals_, is_sheet_,
+                                measurement_->sensors, mean_edge_, workers_);
+  is_hidden_.resize(faces_.size());
+  for (std::size_t f = 0; f < faces_.size(); ++f) {
+    is_hidden_[f] =
+        std::ranges::all_of(faces_[f], [&](Index v) { return visibility_.is_hidden[at(v)] != 0; });
   }
 }
 
@@ -100,13 +116,14 @@ Matches::Match Matches::nearest(Field x, std::size_t point, const Place& from,
   Place within = {.squared = std::pow(constants_.radius * mean_edge_, 2)};
   if (from.any()) {
     const Place place = places_.walk(x, position, from.face);
-    if (place.squared < std::pow(search.walked * mean_edge_, 2)) {
+    if (is_outermost(place) && place.squared < std::pow(search.walked * mean_edge_, 2)) {
       const auto normal = agreeing_normal(place, point);
       if (squared_norm(normal) > 0) return {place, normal};
     }
-    if (place.squared < within.squared) within = place;
+    if (is_outermost(place) && place.squared < within.squared) within = place;
   }
-  const Place place = places_.nearest(x, position, within, [](const Place&) { return true; });
+  const Place place =
+      places_.nearest(x, position, within, [&](const Place& near) { return is_outermost(near); });
   if (!(place.squared < std::pow(constants_.radius * mean_edge_, 2))) return {};
   return {place, agreeing_normal(place, point)};
 }
@@ -189,7 +206,9 @@ const Matches::Rows& Matches::find(Field x, const Search& search) {
         // point, the point lies along its normal; a foot lies beside what agrees with a floor.
         match.place = places_.nearest(
             x, points_[i].position, {.squared = std::pow(constants_.radius * mean_edge_, 2)},
-            [&](const Place& place) { return squared_norm(agreeing_normal(place, i)) > 0; });
+            [&](const Place& place) {
+              return is_outermost(place) && squared_norm(agreeing_normal(place, i)) > 0;
+            });
         match.normal = agreeing_normal(match.place, i);
         const double along = std::abs(dot(match.place.on(x) - points_[i].position, match.normal));
         if (along < constants_.along * std::sqrt(match.place.squared)) match.normal = {};
@@ -224,12 +243,14 @@ void Matches::weigh(Field x, const Search& search, double points_of_row) {
         (usual.empty() ? search.scale : usual[clusters_.of_vertex[row.nearest_corner()]]);
     const double far = 1 + ratio * ratio;
     row.weight = points_of_row / (usual.empty() ? far : far * far);
-    sums[component(row)] += row.weight;
+    sums[at(component(row))] += row.weight;
     for (const auto corner : row.corners) touched[corner] = 1;
   }
   if (!usual.empty()) boundary_.draw(x, normals_, rows_);
+  const auto is_measured = find_measured();
   std::erase_if(rows_, [&](const SurfaceRow& row) {
-    return sums[component(row)] < static_cast<double>(constants_.fewest);
+    return sums[at(component(row))] < static_cast<double>(constants_.fewest) ||
+           is_measured[at(component(row))] == 0;
   });
   const double density =
       std::min(1.0, static_cast<double>(std::ranges::count(touched, 1)) /
@@ -237,6 +258,25 @@ void Matches::weigh(Field x, const Search& search, double points_of_row) {
   for (SurfaceRow& row : rows_) {
     row.weight *= density * (usual.empty() ? 1 : material_of(row).point_weight * search.weight);
   }
+}
+
+/// (components,) 1 for those of whose points the scan has more than a small share of what their
+/// place in the views of the sensors promises. Fewer are of something else.
+std::vector<std::uint8_t> Matches::find_measured() const {
+  std::vector<std::uint8_t> is_measured(topology_.report.components, 1);
+  if (is_measured.size() < 2) return is_measured;
+  std::vector<double> points(is_measured.size());
+  double all = 0;
+  for (const Place& place : found_) {
+    if (!place.any()) continue;
+    points[at(topology_.component[place.corners[0]])] += 1;
+    all += 1;
+  }
+  for (std::size_t c = 0; c < points.size(); ++c) {
+    const double due = all * visibility_.shares[c];
+    is_measured[c] = points[c] < constants_.least_measured * due ? 0 : 1;
+  }
+  return is_measured;
 }
 
 /// (k,) the distance of each vertex from the nearest of its points; infinite without any.
@@ -283,7 +323,7 @@ void Matches::follow(Field x) {
   agrees_.resize(found_.size());
   workers_.for_each_in_chunks(found_.size(), [&](std::size_t i) {
     if (found_[i].any()) found_[i].squared = squared_norm(points_[i].position - found_[i].on(x));
-    agrees_[i] = squared_norm(agreeing_normal(found_[i], i)) > 0 ? 1 : 0;
+    agrees_[i] = is_outermost(found_[i]) && squared_norm(agreeing_normal(found_[i], i)) > 0 ? 1 : 0;
   });
 }
 

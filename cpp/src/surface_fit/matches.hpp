@@ -18,6 +18,7 @@
 #include "surface_fit/point_scan.hpp"
 #include "surface_fit/surface_places.hpp"
 #include "surface_fit/surface_rows.hpp"
+#include "surface_fit/visibility.hpp"
 
 namespace dynmesh {
 
@@ -59,6 +60,11 @@ class Matches {
 
   /// Begins a frame. `measurement` must outlive it.
   void begin(const PointScan& measurement);
+  /// Finds what the sensors can see of X. Until the next call, no point is matched with a place
+  /// that another component hides from them.
+  void look(Field x);
+  /// (k,) 1 for the vertices that a sensor could see; empty for a single component.
+  [[nodiscard]] std::span<const std::uint8_t> seen() const { return visibility_.is_seen; }
 
   /// Matches the points with X. The result is valid until the next call.
   const Rows& find(Field x, const Search& search);
@@ -99,6 +105,10 @@ class Matches {
   }
   [[nodiscard]] Vector3 agreeing_normal(const Place& place, std::size_t point) const;
   void find_normals(Field x);
+  /// A point is of the outermost layer on its line of sight.
+  [[nodiscard]] bool is_outermost(const Place& place) const {
+    return is_hidden_.empty() || is_hidden_[place.face] == 0;
+  }
   /// A place, and the normal of the surface there on the side of its point; 0 if they disagree.
   struct Match {
     Place place;
@@ -111,6 +121,7 @@ class Matches {
   void for_each_block(const Visit& visit) const;
   [[nodiscard]] double height(const Place& place) const;
   void weigh(Field x, const Search& search, double points_of_row);
+  [[nodiscard]] std::vector<std::uint8_t> find_measured() const;
   [[nodiscard]] std::vector<double> nearest_distances() const;
   [[nodiscard]] std::vector<double> usual_distances() const;
 
@@ -137,6 +148,10 @@ class Matches {
   std::vector<Place> found_;
   std::vector<std::uint8_t> agrees_;
   std::vector<Vector3> normals_;
+  // Of a surface of several components, as it was looked at last:
+  std::vector<std::uint8_t> is_sheet_;  // (k,)
+  Visibility visibility_;
+  std::vector<std::uint8_t> is_hidden_;  // (faces,), or empty
   Rows rows_;
 };
 

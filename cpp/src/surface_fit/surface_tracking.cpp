@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/geometry.hpp"
+#include "base/rigid_motion.hpp"
 #include "surface_fit/cloth.hpp"
 #include "surface_fit/joint_motion.hpp"
 
@@ -59,7 +60,7 @@ SurfaceTracking::Found SurfaceTracking::fit(const Memory& memory, const PointSca
 int SurfaceTracking::find(const Memory& memory, const PointScan& measurement, const Guides& guides,
                           Memory& next) {
   start(memory, measurement, next);
-  predict(memory);
+  predict(memory, measurement);
   const int iterations = approach(memory, guides.fewest_iterations);
   std::vector<Vector3> before = x_;
   for (int left = iterations; left-- > 0;) {
@@ -82,6 +83,7 @@ std::span<Vector3> SurfaceTracking::start(const Memory& memory, const PointScan&
 
 SurfaceTracking::Found SurfaceTracking::settle(const Memory& memory, int most_iterations,
                                                int iterations, Memory& next) {
+  matches_.look(x_);
   double largest = std::numeric_limits<double>::infinity();
   for (int i = 0; i < most_iterations && !lies_still(largest); ++i) {
     const std::vector<Vector3> before = x_;
@@ -101,21 +103,68 @@ SurfaceTracking::Found SurfaceTracking::settle(const Memory& memory, int most_it
 
 /// Begins with the frame that the last two lead to, or with the last one if it is clearly nearer to
 /// the points: a step that brought the surface to where it was all the time leads past it.
-void SurfaceTracking::predict(const Memory& memory) {
+void SurfaceTracking::predict(const Memory& memory, const PointScan& measurement) {
   // Nothing is walked: where a point begins would depend on the order of the points.
   const Search search = {.points = rigid_points_, .scale = constants_.radius / 2};
   const auto distance_from = [&](Field x) {
     matches_.find(x, search);
     return matches_.distance_of(constants_.far_share);
   };
-  const double distance_of_last = distance_from(memory.last);
-  std::ranges::copy(memory.last, x_.begin());
+  std::vector<Vector3> led_to = memory.last;
   auto before = memory.before;
-  carry_on(x_, before, constants_.prediction);
+  carry_on(led_to, before, constants_.prediction);
+  matches_.look(led_to);
+  const double distance_of_last = distance_from(memory.last);
   constexpr double far = 1;  // in mean edges, as of points
-  if (distance_from(x_) > distance_of_last + far) {
-    std::ranges::copy(memory.last, x_.begin());
+  const bool stays = distance_from(led_to) > distance_of_last + far;
+  x_ = stays ? memory.last : led_to;
+  if (model_.topology.report.components > 1) predict_components(memory, led_to, measurement);
+}
+
+/// Lets each component that its points show elsewhere begin there: where it was, where all are led
+/// to, or where its own rigid motion leads, as it may move farther in a frame than it is long.
+void SurfaceTracking::predict_components(const Memory& memory, Field led_to,
+                                         const PointScan& measurement) {
+  std::vector<std::vector<Index>> members(model_.topology.report.components);
+  for (std::size_t v = 0; v < x_.size(); ++v) {
+    members[at(model_.topology.component[v])].push_back(static_cast<Index>(v));
   }
+  std::vector<Vector3> moved_on(x_.size());
+  for (const auto& vertices : members) {
+    const RigidMotion motion = fit_rigid_motion(vertices, memory.before, memory.last);
+    for (const Index v : vertices) moved_on[at(v)] = motion.apply(memory.last[at(v)]);
+  }
+  const auto seen = matches_.seen();
+  const auto choose = [&](std::size_t component) {
+    std::vector<Index> chosen;
+    for (const Index v : members[component]) {
+      if (seen[at(v)] != 0) chosen.push_back(v);
+    }
+    if (chosen.empty()) return;
+    const std::size_t every = 1 + chosen.size() / constants_.vertices_of_start;
+    const auto distance_from_points = [&](Field x) {
+      double sum = 0;
+      double n = 0;
+      for (std::size_t i = 0; i < chosen.size(); i += every) {
+        const double distance = measurement.distance(x[at(chosen[i])]) / model_.mean_edge;
+        sum += std::min(distance, constants_.radius);
+        n += 1;
+      }
+      return sum / n;
+    };
+    double least = distance_from_points(x_) - constants_.own_start;
+    Field best = {};
+    for (const Field start : {Field(moved_on), led_to, Field(memory.last)}) {
+      const double distance = distance_from_points(start);
+      if (!(distance < least)) continue;
+      least = distance;
+      best = start;
+    }
+    if (best.empty()) return;
+    for (const Index v : members[component]) x_[at(v)] = best[at(v)];
+  };
+  if (measurement.size() == 0) return;
+  for (std::size_t component = 0; component < members.size(); ++component) choose(component);
 }
 
 /// What ties keep while components move rigidly: the differences of the last frame, and a share of
@@ -151,6 +200,7 @@ int SurfaceTracking::approach(const Memory& memory, int fewest_iterations) {
     if (stiffness == 1 && lies_still(moved)) break;
     stiffness = std::max(1.0, stiffness / constants_.stiffness_growth);
   }
+  matches_.look(x_);
   if (any_slides_) return constants_.most_iterations;
   const double distance = matches_.distance_of(constants_.far_share);
   const double wanted = fewest_iterations + constants_.iterations_per_edge * distance;
@@ -210,6 +260,7 @@ void SurfaceTracking::place(Field frame, Memory& memory) {
 SurfaceTracking::Found SurfaceTracking::compare(Field frame, const PointScan& measurement) {
   std::ranges::copy(frame, x_.begin());
   matches_.begin(measurement);
+  matches_.look(x_);
   matches_.locate(x_, 0);
   return compared(0);
 }

@@ -120,7 +120,8 @@ class SurfaceTracking {
   [[nodiscard]] const TrackingConstants& constants() const { return constants_; }
 
  private:
-  void predict(const Memory& memory);
+  void predict(const Memory& memory, const PointScan& measurement);
+  void predict_components(const Memory& memory, Field led_to, const PointScan& measurement);
   [[nodiscard]] std::vector<Vector3> wanted_differences(const Memory& memory);
   int approach(const Memory& memory, int fewest_iterations);
   bool iterate(int left, bool fits_modes, double settled, const Guides& guides,
