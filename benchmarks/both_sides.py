@@ -19,7 +19,7 @@ from dynmesh.geometry import mean_edge_of
 from dynmesh.metrics import vertex_error
 
 from .harness import Line, Table, progress, sequences
-from .subjects import Subject, losses
+from .subjects import Subject, losses_of
 
 MOST_FRAMES = 50
 
@@ -55,7 +55,7 @@ def tables(arguments: argparse.Namespace) -> list[Table]:
     rows: list[Line] = []
     with tempfile.TemporaryDirectory() as folder:
         for subject in sequences(arguments, MOST_FRAMES):
-            for loss, masks in progress(losses(subject, (0.1, 0.3)).items(), subject.name):
+            for loss, masks in progress(losses_of(subject, (0.1, 0.3)).items(), subject.name):
                 rows.append(line(subject, loss, np.array(masks), Path(folder)))
     ratios = [float(row[4]) for row in rows]
     mean, worst = np.exp(np.log(ratios).mean()), max(ratios)

@@ -12,12 +12,12 @@ import argparse
 
 import numpy as np
 
-from dynmesh import Completer, degrade
+from dynmesh import Completer, losses
 from dynmesh._arrays import Mask
 from dynmesh.evaluation.calibration import Calibrating, Calibration
 
 from .harness import ABSENT, Table, by_row_and_column, progress, sequences
-from .subjects import Subject, losses
+from .subjects import Subject, losses_of
 
 LIFETIME = 10
 
@@ -25,8 +25,8 @@ LIFETIME = 10
 def cases(subject: Subject) -> dict[str, list[Mask]]:
     """Return the known masks by the name of the case."""
     shape = (subject.n_frames, subject.n_vertices)
-    patches = degrade.patch_known(subject.faces, *shape, 0.3, lifetime=LIFETIME)
-    return losses(subject, (0.1, 0.3), ("camera",)) | {"patches": list(patches)}
+    patches = losses.patch_known(subject.faces, *shape, 0.3, lifetime=LIFETIME)
+    return losses_of(subject, (0.1, 0.3), ("camera",)) | {"patches": list(patches)}
 
 
 def calibrated(subject: Subject, masks: list[Mask]) -> Calibration | None:

@@ -26,7 +26,7 @@ from .methods import (
     trained,
 )
 from .runner import Runs, run_all
-from .subjects import PAPER_SHARES, Subject, losses
+from .subjects import PAPER_SHARES, Subject, losses_of
 
 _FRAMES = 100
 _TRAINING_FRAMES = 50
@@ -43,7 +43,7 @@ def two_readings(arguments: argparse.Namespace) -> list[Table]:
     lines: list[Line] = [("data", "known", *methods)]
     for sequence in sequences(arguments, _FRAMES):
         subject = sequence.scaled()
-        masks = losses(subject, arguments.known or PAPER_SHARES, ())
+        masks = losses_of(subject, arguments.known or PAPER_SHARES, ())
         found = run_all(subject, methods.values(), masks)
         for loss in masks:
             cells = [nmsve_cell(found[method, loss].error) for method in methods.values()]
@@ -63,7 +63,7 @@ def drift(arguments: argparse.Namespace) -> list[Table]:
     for once in subjects:
         repeated = np.tile(once.scaled().vertices, (len(cycles), 1, 1))
         subject = replace(once, vertices=repeated)
-        masks = losses(subject, arguments.known or (0.1,), ())
+        masks = losses_of(subject, arguments.known or (0.1,), ())
         methods = {"motion": MOTION, EXTRA.label: EXTRA, "detail": DETAIL}
         found = run_all(subject, methods.values(), masks)
         for loss in masks:
@@ -82,7 +82,7 @@ def relative_to_motion(arguments: argparse.Namespace) -> list[Table]:
     lines: list[Line] = [("NMSVE", "known", "motion, x 1e4", *labels)]
     for subject in sequences(arguments):
         title = f"{subject.name}, {subject.n_frames} frames"
-        masks = losses(subject, arguments.known or PAPER_SHARES, ("camera",))
+        masks = losses_of(subject, arguments.known or PAPER_SHARES, ("camera",))
         found = run_all(subject, (MOTION, *others), masks)
         for loss in masks:
             cells = [_ratio(found, loss, method, MOTION, 3) for method in others]
@@ -116,7 +116,7 @@ def _relative_to_detail(
 ) -> list[Line]:
     cells = {}
     for subject, method in subjects:
-        masks = losses(subject, arguments.known or (0.1, 0.3))
+        masks = losses_of(subject, arguments.known or (0.1, 0.3))
         found = run_all(subject, (DETAIL, method), masks)
         for loss in masks:
             cells[subject.name, loss] = _ratio(found, loss, method, DETAIL, 2)

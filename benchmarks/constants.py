@@ -25,7 +25,7 @@ from typing import NamedTuple
 import numpy as np
 
 import dynmesh
-from dynmesh import degrade
+from dynmesh import losses
 from dynmesh.scans import Scan
 from dynmesh.tracking.placing import push_scan
 
@@ -119,8 +119,8 @@ def build(folder: Path) -> Path:
 def cases(subject: Subject) -> Iterator[Case]:
     """Yield the cases of a sequence."""
     later = subject.vertices[1:]
-    around = partial(degrade.orbit, subject.box, distance=FAR, up=subject.up_vector)
-    scanned = partial(degrade.scan_points, faces=subject.faces, points=POINTS, noise=NOISE)
+    around = partial(losses.orbit, subject.box, distance=FAR, up=subject.up_vector)
+    scanned = partial(losses.scan_points, faces=subject.faces, points=POINTS, noise=NOISE)
     clean = list(scanned(later, cameras=around(4)(0)))
     yield Case(subject, clean)
     yield Case(subject, [with_second(scan, subject) for scan in clean])

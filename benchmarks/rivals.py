@@ -13,12 +13,12 @@ from typing import get_args
 
 import numpy as np
 
-from dynmesh import degrade, synth
+from dynmesh import losses, synth
 
 from .harness import ABSENT, Line, Table, nmsve_cell, number, progress
 from .methods import ARAP_FROM_PREVIOUS, BASELINES, DETAIL, MOTION
 from .runner import followed, run_all
-from .subjects import Subject, losses
+from .subjects import Subject, losses_of
 from .tracking_baselines import methods
 
 NAMES: tuple[synth.Name, ...] = get_args(synth.Name)
@@ -45,7 +45,7 @@ def completion(chosen: Iterable[Subject]) -> Table:
     labels = ("detail", "motion", *(rival.label for rival in rivals))
     lines: list[Line] = [("subject", "known", *labels, "detail / best of libigl")]
     for subject in chosen:
-        masks = losses(subject, (0.1, 0.3), ("camera",))
+        masks = losses_of(subject, (0.1, 0.3), ("camera",))
         found = run_all(subject, compared, masks)
         for loss in masks:
             errors = [
@@ -63,8 +63,8 @@ def tracking(chosen: Iterable[Subject]) -> Table:
     for subject in chosen:
         if subject.n_vertices > LARGEST:
             continue
-        around = degrade.orbit(subject.box, 4, up=subject.up_vector)(0)
-        scans = degrade.scan_points(subject.vertices, subject.faces, around, points=_POINTS)
+        around = losses.orbit(subject.box, 4, up=subject.up_vector)(0)
+        scans = losses.scan_points(subject.vertices, subject.faces, around, points=_POINTS)
         _, *later = scans
         errors = {
             label: float(followed(subject, later, register)[:, 0].mean())

@@ -23,7 +23,7 @@ from dynmesh._arrays import Mask
 from .harness import ABSENT, Line, Table, add_arguments, milliseconds, show
 from .methods import ARAP, BIHARMONIC, DETAIL, MOTION, Method, dynmesh_method
 from .runner import run
-from .subjects import PAPER_SHARES, Subject, losses, percent, random_masks
+from .subjects import PAPER_SHARES, Subject, losses_of, percent, random_masks
 
 TWO_THREADS = dynmesh_method("detail (dynmesh), two threads", DETAIL.colour, "--", threads=2)
 
@@ -102,7 +102,7 @@ def latency(grids: Sequence[int]) -> Table:
     lines: list[Line] = []
     for side in grids:
         sea = sea_of(side, STEADY_FRAMES)
-        of_frames = losses(sea, PAPER_SHARES)
+        of_frames = losses_of(sea, PAPER_SHARES)
         steady = {name: [masks[1]] * sea.n_frames for name, masks in of_frames.items()}
         lines = lines or [("99th percentile / median", "vertices", *steady)]
         for method in (MOTION, DETAIL, TWO_THREADS):

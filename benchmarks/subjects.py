@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import dynmesh
-from dynmesh import degrade, metrics, synth
+from dynmesh import losses, metrics, synth
 from dynmesh._arrays import Mask, Positions
 from dynmesh.geometry import likely_up
 
@@ -108,20 +108,20 @@ def percent(share: float) -> str:
 
 def random_masks(subject: Subject, share: float) -> Iterator[Mask]:
     """Yield the known mask of every frame; a new random choice of vertices is known in each."""
-    return degrade.random_known(subject.n_frames, subject.n_vertices, share)
+    return losses.random_known(subject.n_frames, subject.n_vertices, share)
 
 
 def scenario_masks(name: str, subject: Subject) -> list[Mask]:
     """Return the known mask of every frame for one of `SCENARIOS`."""
     if name == "camera":
         # The camera circles the positions of all frames, so that no vertex leaves the picture.
-        cameras = degrade.orbit(subject.box, up=subject.up_vector)
-        return list(degrade.camera_known(subject.vertices, subject.faces, cameras))
+        cameras = losses.orbit(subject.box, up=subject.up_vector)
+        return list(losses.camera_known(subject.vertices, subject.faces, cameras))
     shape = (subject.n_frames, subject.n_vertices)
-    return list(degrade.patch_known(subject.faces, *shape, 0.3))
+    return list(losses.patch_known(subject.faces, *shape, 0.3))
 
 
-def losses(
+def losses_of(
     subject: Subject,
     shares: Iterable[float] = PAPER_SHARES,
     scenarios: Iterable[str] = SCENARIOS,

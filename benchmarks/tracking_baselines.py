@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import trimesh.registration
 
-from dynmesh import Tracker, degrade
+from dynmesh import Tracker, losses
 from dynmesh._arrays import Positions
 from dynmesh.scans import PointScan
 from dynmesh.tracking.placing import push_scan
@@ -59,8 +59,8 @@ def tables(arguments: argparse.Namespace) -> list[Table]:
     lines: list[Line] = [("sequence", "cameras", "method", "error", "times dynmesh")]
     for subject in sequences(arguments, 3):
         for n in arguments.cameras:
-            around = degrade.orbit(subject.box, n, up=subject.up_vector)(0)
-            _, *scans = degrade.scan_points(subject.vertices, subject.faces, around)
+            around = losses.orbit(subject.box, n, up=subject.up_vector)(0)
+            _, *scans = losses.scan_points(subject.vertices, subject.faces, around)
             usual = 0.0
             for label, register in progress(methods(subject).items(), f"{subject.name}, {n}"):
                 found = followed(subject, scans, register)

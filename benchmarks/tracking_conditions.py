@@ -30,7 +30,7 @@ import trimesh
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from dynmesh import Tracker, degrade
+from dynmesh import Tracker, losses
 from dynmesh._arrays import Positions
 from dynmesh.geometry import mean_edge_of
 from dynmesh.scans import DepthScan, PointScan, Scan
@@ -76,9 +76,9 @@ def with_second(scan: PointScan, subject: Subject) -> PointScan:
     )
 
 
-def depth_scans(subject: Subject, cameras: list[degrade.Camera]) -> list[DepthScan]:
+def depth_scans(subject: Subject, cameras: list[losses.Camera]) -> list[DepthScan]:
     """Return depth images of which about as many pixels as POINTS show the subject."""
-    images = partial(degrade.depth_images, faces=subject.faces, cameras=cameras, noise=NOISE)
+    images = partial(losses.depth_images, faces=subject.faces, cameras=cameras, noise=NOISE)
     (small,) = images(subject.vertices[:1], width=640, height=480)
     larger = np.sqrt(POINTS / np.count_nonzero(small.depth))
     return list(images(subject.vertices[1:], width=round(640 * larger), height=round(480 * larger)))
@@ -116,10 +116,10 @@ def seconds_of_query() -> float:
 
 def rows_of(subject: Subject, n: int) -> Line:
     """Return the row of a subject and a number of cameras."""
-    around = degrade.orbit(subject.box, n, distance=FAR, up=subject.up_vector)
+    around = losses.orbit(subject.box, n, distance=FAR, up=subject.up_vector)
     cameras = around(0)  # in all frames
     scan = partial(
-        degrade.scan_points, faces=subject.faces, cameras=cameras, points=POINTS, noise=NOISE
+        losses.scan_points, faces=subject.faces, cameras=cameras, points=POINTS, noise=NOISE
     )
     still = replace(subject, vertices=np.repeat(subject.vertices[:1], subject.n_frames, axis=0))
     at_rest = tracked(still, scan(still.vertices[1:]))[:, 0]

@@ -11,7 +11,7 @@ import argparse
 
 import numpy as np
 
-from dynmesh import Tracker, degrade
+from dynmesh import Tracker, losses
 from dynmesh.evaluation.calibration import Floats
 from dynmesh.geometry import vertex_normals
 from dynmesh.tracking.placing import push_scan
@@ -34,8 +34,8 @@ def shares(errors: list[Floats]) -> Line:
 
 def row_of(subject: Subject, n: int) -> Line:
     """Return the row of a subject and a number of cameras."""
-    cameras = degrade.orbit(subject.box, n, distance=FAR, up=subject.up_vector)(0)
-    scans = degrade.scan_points(
+    cameras = losses.orbit(subject.box, n, distance=FAR, up=subject.up_vector)(0)
+    scans = losses.scan_points(
         subject.vertices[1:], subject.faces, cameras, points=POINTS, noise=NOISE
     )
     tracker = Tracker(subject.faces, subject.vertices[0], uncertainty=True)

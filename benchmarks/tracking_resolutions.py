@@ -11,7 +11,7 @@ import argparse
 
 import numpy as np
 
-from dynmesh import Tracker, degrade
+from dynmesh import Tracker, losses
 from dynmesh.tracker import Resolution
 from dynmesh.tracking.placing import push_scan
 
@@ -25,11 +25,9 @@ RESOLUTIONS: tuple[Resolution, ...] = ("best", 2500, 1250)
 
 def row_of(subject: Subject, n: int) -> Line:
     """Return the row of a subject and a number of cameras."""
-    cameras = degrade.orbit(subject.box, n, distance=FAR, up=subject.up_vector)(0)
+    cameras = losses.orbit(subject.box, n, distance=FAR, up=subject.up_vector)(0)
     scans = list(
-        degrade.scan_points(
-            subject.vertices[1:], subject.faces, cameras, points=POINTS, noise=NOISE
-        )
+        losses.scan_points(subject.vertices[1:], subject.faces, cameras, points=POINTS, noise=NOISE)
     )
     cells: list[str] = []
     for resolution in RESOLUTIONS:

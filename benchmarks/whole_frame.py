@@ -19,7 +19,7 @@ from dynmesh.geometry import mean_edge_of
 from dynmesh.metrics import vertex_error
 
 from .harness import Line, Table, progress, sequences
-from .subjects import Subject, losses
+from .subjects import Subject, losses_of
 
 MOST_FRAMES = 51
 """Frame 0 loses nothing and is left out."""
@@ -39,11 +39,13 @@ def completed(subject: Subject, known: Mask, start: int, points: Positions) -> P
 def line(subject: Subject, loss: str, known: Mask) -> Line:
     """The row of a loss."""
     began = time.perf_counter()
-    whole = dynmesh.whole_frame(subject.faces, subject.vertices, known)
+    whole = dynmesh.whole_frames.whole_frame(subject.faces, subject.vertices, known)
     seconds = time.perf_counter() - began
     here, truth = whole.frame, subject.vertices[whole.frame]
     edge = mean_edge_of(truth, subject.faces)
-    alone = dynmesh.whole_frame(subject.faces, subject.vertices[here : here + 1], known[[here]])
+    alone = dynmesh.whole_frames.whole_frame(
+        subject.faces, subject.vertices[here : here + 1], known[[here]]
+    )
     fused = whole.seen & ~whole.known
     off = vertex_error(truth, whole.positions)
     filled = vertex_error(truth, alone.positions)
@@ -70,7 +72,7 @@ def tables(arguments: argparse.Namespace) -> list[Table]:
             "seconds")  # fmt: skip
     rows: list[Line] = []
     for subject in sequences(arguments, MOST_FRAMES):
-        kinds = losses(subject, (0.3, 0.9))
+        kinds = losses_of(subject, (0.3, 0.9))
         short = replace(subject, vertices=subject.vertices[1:])
         for loss, masks in progress(kinds.items(), subject.name):
             rows.append(line(short, loss, np.array(masks[1:])))

@@ -97,7 +97,7 @@ class Complete(bpy.types.Operator):
             last - first + 1,
             len(copy.vertices),
             np.float32,
-            has_known=True,
+            attributes=["known"],
             fps=scene.render.fps / scene.render.fps_base,
             start=first,
         )
@@ -117,7 +117,7 @@ class Complete(bpy.types.Operator):
                     )
                 yield dynmesh.Frame(points, known)
 
-        dynmesh.write(path, dynmesh.ComputedFrames(header, frames))
+        dynmesh.write(path, dynmesh.frames.Run(header, frames))
         return copy
 
     def _marked(self, thing, mesh, frame):

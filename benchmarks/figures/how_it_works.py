@@ -104,7 +104,7 @@ class _Steps:
         self._unknown = np.flatnonzero(~known)
         normal = sparse.csc_array(self.operator.T @ self.operator)
         self._factor = splu(normal[:, self._unknown][self._unknown].tocsc())
-        self._first, beside = first, dynmesh.adjacency(faces, len(first))
+        self._first, beside = first, dynmesh.topology.adjacency(faces, len(first))
         self._edges, self._known = beside.nonzero(), known
         self._ring = sparse.csr_array(beside + sparse.eye_array(len(first)))
         self._cluster = _clusters(self._ring)

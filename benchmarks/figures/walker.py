@@ -95,9 +95,9 @@ def whole_frame(figure: Subject, folder: Path) -> None:
     shown = figure.frame_at(0.144)
     subject = replace(figure, vertices=figure.vertices[:50], azimuth=0)
     n, vertices = subject.n_frames, subject.vertices
-    masks = dynmesh.degrade.patch_known(subject.faces, n + 1, subject.n_vertices, 0.4, lifetime=10)
+    masks = dynmesh.losses.patch_known(subject.faces, n + 1, subject.n_vertices, 0.4, lifetime=10)
     known = np.array(list(masks))[1:]
-    whole = dynmesh.whole_frame(subject.faces, vertices, known, frame=shown)
+    whole = dynmesh.whole_frames.whole_frame(subject.faces, vertices, known, frame=shown)
     view = view_of(subject, [shown])
     panels = []
     for number in (max(shown - _OTHER, 0), shown):
@@ -120,9 +120,9 @@ def track(figure: Subject, folder: Path) -> None:
     shown = figure.frame_at(0.6)
     subject = replace(figure, vertices=figure.vertices[: shown + 1], azimuth=40)
     # The cameras circle the positions of all frames, so that no point leaves the pictures.
-    cameras = dynmesh.degrade.orbit(subject.box, _CAMERAS, up=subject.up_vector)
+    cameras = dynmesh.losses.orbit(subject.box, _CAMERAS, up=subject.up_vector)
     scans = list(
-        dynmesh.degrade.scan_points(subject.vertices, subject.faces, cameras, outliers=0.01)
+        dynmesh.losses.scan_points(subject.vertices, subject.faces, cameras, outliers=0.01)
     )
     view, scan = view_of(subject, [shown]), scans[-1]
     ahead = scan.points[scan.normals @ view.axes[2] > 0]

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from ..methods import BASELINES, COMPARED, MOTION, ONCE, Method
 from ..runner import Run, Runs, run_all
-from ..subjects import PAPER_SHARES, SCENARIOS, Subject, losses, percent
+from ..subjects import PAPER_SHARES, SCENARIOS, Subject, losses_of, percent
 
 SHARES = tuple(round(0.1 * step, 1) for step in range(1, 10))
 """The shares of known vertices at which the methods of the paper are compared."""
@@ -51,7 +51,7 @@ def study(subject: Subject, *, quick: bool) -> Study:
     """Measure everything on one sequence."""
     places = (FIGURE8, FIGURE11, *(place for _, place in FIGURE10))
     keep = [subject.frame_at(place) for place in places]
-    masks = losses(subject, QUICK_SWEEP if quick else SWEEP)
+    masks = losses_of(subject, QUICK_SWEEP if quick else SWEEP)
     runs = run_all(subject, (MOTION,), masks, keep=keep)
     shares = [*map(percent, PAPER_SHARES if quick else SHARES), *SCENARIOS]
     compared = {loss: masks[loss] for loss in shares}

@@ -7,7 +7,7 @@ import dynmesh
 sea = dynmesh.synth.ocean(2, grid=20)
 before, after = sea.vertices.astype(float)
 known = np.random.default_rng(0).random(len(before)) < 0.1
-offsets, neighbours = dynmesh.cells(sea.faces, len(before))
+offsets, neighbours = dynmesh.topology.cells(sea.faces, len(before))
 
 
 def complete(previous, points, known, revisit):

@@ -20,7 +20,7 @@ assert np.abs(completed(towards_origin) - towards_origin).max() < 1e-12
 turn = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])
 assert np.abs(completed(before @ turn) - before @ turn).max() > 0.1
 
-offsets, neighbours = dynmesh.cells(sea.faces, k)
+offsets, neighbours = dynmesh.topology.cells(sea.faces, k)
 j = np.repeat(np.arange(k), np.diff(offsets))
 s = np.zeros((k, k))
 s[j, neighbours] = 1 / ((before[j] - before[neighbours]) ** 2).sum(axis=1)

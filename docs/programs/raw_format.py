@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from dynmesh import Format, Sequence
+from dynmesh import Sequence
+from dynmesh.formats import Format
 
 
 def read(path):

@@ -42,7 +42,7 @@ def on_files(files: Any, config: Any) -> Any:
 def play(name: str) -> tuple[str, float]:
     """The page of a subject, and its error."""
     truth = getattr(dynmesh.synth, name)()[:FRAMES]
-    seen = dynmesh.read(dynmesh.degraded(truth, camera=1))
+    seen = dynmesh.read(dynmesh.degrade(truth, camera=1))
     completed = dynmesh.read(dynmesh.complete(seen))
     page = dynmesh.view(completed, input=seen, reference=truth, title=name)
     return page.html, 1e4 * dynmesh.evaluate(completed, truth).nmsve

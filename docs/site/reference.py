@@ -4,7 +4,6 @@ They are made of what they describe: the package, the help of its commands, the 
 the errors that the tests provoke.
 """
 
-import ast
 import contextlib
 import re
 from pathlib import Path
@@ -16,7 +15,7 @@ app: Any = None
 with contextlib.suppress(ImportError):  # not built
     from dynmesh.cli import VERBS, app
 
-MODULES = ("metrics", "baselines", "degrade", "synth", "scans")
+MODULES = ("frames", "metrics", "baselines", "losses", "synth", "scans", "diagnosis", "topology")
 """What is documented beside the names of the package itself."""
 
 REPOSITORY = Path(__file__).parents[2]
@@ -70,14 +69,7 @@ def on_files(files: Any, config: Any) -> Any:
 
 def python() -> str:
     """The page of all that `import dynmesh` has, from the docstrings."""
-    found = ast.parse((PACKAGE / "__init__.pyi").read_text()).body
-    names = [
-        alias.name
-        for node in found
-        if isinstance(node, ast.ImportFrom) and node.module is not None
-        for alias in node.names
-        if not alias.name.startswith("_")
-    ]
+    names = re.findall(r"from \.\S+ import ([^\W_]\w*) as", (PACKAGE / "__init__.py").read_text())
     return PYTHON + "".join(f"\n::: dynmesh.{name}\n" for name in [*names, *MODULES])
 
 

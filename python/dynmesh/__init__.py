@@ -17,35 +17,94 @@ The method "motion" is that of Arvanitis, Lalos, Moustakas and Fakotakis, "Fast 
 Dynamic Mesh Completion" (WSCG 2017); "detail", the default, starts from it.
 """
 
-import ast
 from importlib import import_module
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-_STUB = ast.parse(Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8"))
+if TYPE_CHECKING:
+    from . import alignment as alignment
+    from . import baselines as baselines
+    from . import diagnosis as diagnosis
+    from . import errors as errors
+    from . import formats as formats
+    from . import frames as frames
+    from . import losses as losses
+    from . import metrics as metrics
+    from . import polygons as polygons
+    from . import registration as registration
+    from . import scans as scans
+    from . import sequence as sequence
+    from . import synth as synth
+    from . import topology as topology
+    from . import whole_frames as whole_frames
+    from ._core import __version__ as __version__
+    from .completer import Completer as Completer
+    from .errors import DoubtfulWarning as DoubtfulWarning
+    from .errors import DynmeshError as DynmeshError
+    from .formats import open as open
+    from .formats import write as write
+    from .frames import Frame as Frame
+    from .frames import Frames as Frames
+    from .frames import Header as Header
+    from .sequence import Sequence as Sequence
+    from .sequence import read as read
+    from .tracker import Tracker as Tracker
+    from .verbs.complete import complete as complete
+    from .verbs.convert import convert as convert
+    from .verbs.degrade import degrade as degrade
+    from .verbs.evaluate import evaluate as evaluate
+    from .verbs.info import info as info
+    from .verbs.picture import picture as picture
+    from .verbs.register import register as register
+    from .verbs.track import track as track
+    from .verbs.view import view as view
 
 _HOMES = {
-    alias.asname or alias.name: (node.module, alias.name)
-    for node in _STUB.body
-    if isinstance(node, ast.ImportFrom)
-    for alias in node.names
+    "Completer": "completer",
+    "DoubtfulWarning": "errors",
+    "DynmeshError": "errors",
+    "Frame": "frames",
+    "Frames": "frames",
+    "Header": "frames",
+    "Sequence": "sequence",
+    "Tracker": "tracker",
+    "complete": "verbs.complete",
+    "convert": "verbs.convert",
+    "degrade": "verbs.degrade",
+    "evaluate": "verbs.evaluate",
+    "info": "verbs.info",
+    "open": "formats",
+    "picture": "verbs.picture",
+    "read": "sequence",
+    "register": "verbs.register",
+    "synth": "synth",
+    "track": "verbs.track",
+    "view": "verbs.view",
+    "write": "formats",
 }
-"""What users import from here, and the module that has it under a name; no module of a module."""
+"""What users import from here, and the module that has it, which is loaded at the first use."""
 
-__all__ = sorted(_HOMES)
+_MODULES = {
+    *("alignment", "baselines", "diagnosis", "errors", "formats", "frames", "losses", "metrics"),
+    *("polygons", "registration", "scans", "sequence", "topology", "whole_frames"),
+}
+"""Those that have more."""
+
+__all__ = [*_HOMES]
 
 
 def __getattr__(name: str) -> Any:
     """Loads what is used for the first time."""
-    if name not in _HOMES:
+    if name == "__version__":
+        result: Any = import_module("._core", __name__).__version__
+    elif name in _MODULES or _HOMES.get(name) == name:
+        return import_module(f".{name}", __name__)
+    elif name in _HOMES:
+        result = getattr(import_module(f".{_HOMES[name]}", __name__), name)
+    else:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    home, own = _HOMES[name]
-    module = import_module(f".{home or own}", __name__)
-    result = module if home is None else getattr(module, own)
     globals()[name] = result
     return result
 
 
 def __dir__() -> list[str]:
-    """Lists what users import."""
-    return __all__
+    return [*__all__, *_MODULES]

@@ -8,7 +8,6 @@ from numpy.typing import DTypeLike, NDArray
 
 from ._checks import as_array, refuse_mask
 from ._errors import InputError, KindError
-from .attributes import as_mask
 from .polygons import Faces, mesh_arrays, split_faces
 
 Positions: TypeAlias = NDArray[np.floating[Any]]
@@ -113,6 +112,25 @@ def packed(array: NDArray[Any], dtype: DTypeLike) -> NDArray[Any]:
     if result.itemsize < array.itemsize and (beyond := np.isinf(result) & np.isfinite(array)).any():
         result[beyond] = np.copysign(np.finfo(result.dtype).max, array[beyond])
     return result
+
+
+def as_mask(known: NDArray[Any]) -> Mask:
+    """Returns (k,) or (n, k) integers that are 0 or 1 as bool, and bool as it is.
+
+    Raises:
+        ValueError: an integer is another one.
+    """
+    if known.dtype == np.bool_:
+        return known
+    mask = known.astype(np.bool_)
+    if len(others := np.argwhere(known != mask)):
+        *frame, vertex = others[0].tolist()
+        raise InputError(
+            f"must be 0 or 1 for each vertex, but vertex {vertex} has {known[*frame, vertex]}",
+            argument="known",
+            frame=frame[0] if frame else None,
+        )
+    return mask
 
 
 def known_mask(given: Any) -> Mask:

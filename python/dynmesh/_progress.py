@@ -12,18 +12,24 @@ T = TypeVar("T")
 INTERVAL = 10.0
 """Seconds between the lines."""
 
+LONG = 2.0
+"""Seconds after which work is shown that nobody asked to show."""
+
 
 @contextmanager
-def steps(what: str, progress: bool) -> Iterator[Callable[[int, int], None]]:
+def steps(what: str, progress: bool | None) -> Iterator[Callable[[int, int], None]]:
     """Shows work in steps, labelled with what is being done, if `progress` is set.
+
+    With None, work in a terminal that takes long is shown.
 
     Yields:
         A function of the number of steps that are done and of all steps.
     """
-    if not progress or sys.stderr is None:  # which a service may lack
+    is_terminal = sys.stderr is not None and sys.stderr.isatty()  # which a service may lack
+    if sys.stderr is None or not (is_terminal if progress is None else progress):
         yield lambda *_: None
         return
-    if not sys.stderr.isatty():
+    if not is_terminal:
         with _lines(what) as show:
             yield show
         return
@@ -32,9 +38,21 @@ def steps(what: str, progress: bool) -> Iterator[Callable[[int, int], None]]:
     from rich.progress import TimeRemainingColumn as Remaining
 
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), Remaining())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(what, total=None)
-        yield lambda done, total: bar.update(task, completed=done, total=total)
+    bar, began = Progress(*columns, console=Console(stderr=True), transient=True), time.monotonic()
+    task = bar.add_task(what, total=None)
+
+    def advance(done: int, total: int) -> None:
+        if progress is None and time.monotonic() - began < LONG:
+            return
+        bar.start()
+        bar.update(task, completed=done, total=total)
+
+    try:
+        if progress:
+            bar.start()
+        yield advance
+    finally:
+        bar.stop()
 
 
 @contextmanager
@@ -60,7 +78,7 @@ def _lines(what: str) -> Iterator[Callable[[int, int], None]]:
         teller.join()
 
 
-def tracked(items: Iterable[T], total: int, what: str, progress: bool) -> Iterator[T]:
+def tracked(items: Iterable[T], total: int, what: str, progress: bool | None) -> Iterator[T]:
     """Passes items on, of which there are so many, and shows how far that is, as `steps` does."""
     with steps(what, progress) as show:
         for done, item in enumerate(items):

@@ -3,6 +3,8 @@
 import csv
 import dataclasses
 import math
+import sys
+import warnings
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +15,14 @@ Quality = Literal["good", "doubtful", "ruined", "failed"]
 
 class DoubtfulWarning(UserWarning):
     """A result is doubtful or probably ruined, by its own measure."""
+
+
+def warn_of_doubt(message: str) -> None:
+    """Warns at the line outside of this package that asked for the result."""
+    package, level, frame = str(Path(__file__).parent), 1, sys._getframe()
+    while frame.f_back is not None and frame.f_code.co_filename.startswith(package):
+        frame, level = frame.f_back, level + 1
+    warnings.warn(message, DoubtfulWarning, stacklevel=level)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,6 +9,8 @@ from . import _arrays, _core
 from ._arrays import Positions
 from .polygons import Faces
 
+__all__ = ["Alignment", "find_alignment"]
+
 
 @dataclass(frozen=True, eq=False)
 class Alignment:

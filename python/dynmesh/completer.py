@@ -14,6 +14,8 @@ from .frames import Frame
 from .polygons import Faces, Mesh
 from .settings import Settings
 
+__all__ = ["Completer", "FrameReport"]
+
 
 @dataclass(frozen=True, kw_only=True)
 class FrameReport:

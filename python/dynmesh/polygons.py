@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 from ._checks import native, refuse_mask
 from ._errors import InputError, KindError
 
+__all__ = ["Faces", "Mesh", "Polygons"]
+
 
 class Polygons(NamedTuple):
     """The faces of a mesh as its file holds them, if some of them are not triangles."""

@@ -16,6 +16,8 @@ from .polygons import Faces, Mesh, mesh_arrays
 from .scan import DepthScan, PointScan, Scan
 from .tracker import image_arrays, scan_arrays
 
+__all__ = ["Landmarks", "Registration", "register"]
+
 Landmarks: TypeAlias = tuple[NDArray[np.integer[Any]], Positions]
 """Vertices (n,) of a template and the positions (n, 3) of the scan to which they belong."""
 

@@ -1,30 +1,51 @@
 """A dynamic mesh in memory, and what can be done with it."""
 
 import contextlib
-from typing import TYPE_CHECKING, Any, Unpack
+from collections.abc import Callable, Iterator
+from collections.abc import Sequence as Some
+from copy import copy
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from importlib import import_module
+from pathlib import Path
+from typing import Any, Self, overload
 
 import numpy as np
+from numpy.typing import DTypeLike, NDArray
 
-from . import formats
+from ._arrays import Integers, Mask, as_mask
+from ._checks import as_array, check_array
+from ._errors import InputError, KindError
 from ._extras import require
-from .arrays import ArrayFrames
-from .computed import ComputedFrames
-from .draw.notebook import shown
-from .draw.page import Page
-from .evaluation.report import Evaluation
-from .formats import PathLike, Source, Written
-from .frames import Frames, checked
-from .polygons import as_polygons
-from .verbs.complete import CompletionReport, complete
-from .verbs.evaluate import evaluate
-from .verbs.picture import picture
-from .verbs.view import view
+from .frames import (
+    ATTRIBUTES,
+    Description,
+    Frame,
+    Frames,
+    Header,
+    Indices,
+    Origin,
+    R,
+    Run,
+    Stored,
+    VertexAttributes,
+    as_array_of,
+    check_corners,
+    check_faces,
+    check_needed,
+    check_vertices,
+    checked,
+    rate,
+    summary,
+    with_all_needed,
+)
+from .polygons import as_polygons, mesh_arrays, split_faces
 
-if TYPE_CHECKING:
-    from PIL import Image
+__all__ = ["Sequence", "read"]
 
 
-class Sequence(ArrayFrames):
+@dataclass(frozen=True, eq=False)
+class Sequence(Description, VertexAttributes, Stored):
     """Frames of one fixed connectivity, in memory.
 
     ``len(sequence)`` is the number of frames n, and iteration yields one :class:`dynmesh.Frame`
@@ -33,41 +54,164 @@ class Sequence(ArrayFrames):
     which shares the arrays. The frames keep their numbers. NumPy takes a frame as its positions,
     (k, 3), and a sequence as its vertices, NaN where they are not known.
 
-    In a notebook, a sequence shows itself: as a player that needs no network if the extra `view` is
-    installed, with a simplified mesh and fewer frames if it is large, and as a table.
+    Verbs of a sequence return another one, with what they did as its `report`. In a notebook, a
+    sequence shows itself: as a player that needs no network if the extra `view` is installed, with
+    a simplified mesh and fewer frames if it is large, and as a table.
 
-    Args:
-        vertices: (n, k, 3) float32 or float64. Values are arbitrary where ``known`` is False.
-        faces: (m, 3) integers, or other polygons, as :data:`dynmesh.polygons.Faces`.
-        known: (n, k) bool, or None if every position was observed.
+    Attributes:
+        vertices: (n, k, 3) float32 or float64. Values are arbitrary where ``known`` is False. Or
+            meshes of trimesh or PyVista, one for each frame, without `faces`.
+        faces: (m, 3) integers, triangles. Other polygons, as :data:`dynmesh.polygons.Faces`, are
+            cut into triangles and kept as `polygons`.
+        known: (n, k) bool, or integers 0 and 1, or None if every position was observed.
+        generation: (n, k) int32, 0 for anchors, g for satellites, -1 for disconnected vertices, -2
+            for those that were put together from other frames, or None. If there are generations,
+            only vertices of generation 0 were observed; when the sequence is completed again, the
+            others are estimated again.
+        age: (n, k) int32, frames since the vertex was last observed; None if `generation` is.
+        standard_error: (n, k) float32, how far each vertex may be off, in the unit of the
+            positions; `standard_error_of` says in which sense: see
+            :attr:`dynmesh.Completer.standard_error` and :attr:`dynmesh.Tracker.standard_error`.
+            None if it was not estimated.
+        origin: the file of which the mesh was read, if that holds more than is read; or None.
+        report: what the verb did that made the frames; None of others.
 
-    :class:`dynmesh.arrays.ArrayFrames` documents these, the other attributes and the errors.
+    The attributes of :class:`dynmesh.frames.Description`, from `fps` on, are keywords as well.
+
+    Raises:
+        TypeError: an array has the wrong kind.
+        ValueError: an array has the wrong shape, a face refers to a vertex that does not exist,
+            ``fps`` or ``metres_per_unit`` is not positive and finite, ``times`` do not ascend,
+            ``start`` is so large that frames cannot be counted, or the step of a slice is not
+            positive.
+        IndexError: there is no such frame.
     """
 
+    vertices: Any
+    faces: Any = None
+    known: Mask | None = None
+    origin: Origin | None = field(default=None, kw_only=True, repr=False)
+    report: Any = field(default=None, kw_only=True, repr=False)
+
+    def __post_init__(self) -> None:
+        """Converts meshes, lists and polygons, and refuses arrays that are not consistent."""
+        if self.faces is None:
+            vars(self).update(_arrays_of(self.vertices))
+        for name in ("vertices", "times", *self.attributes()):
+            whole = np.float64 if name in ("vertices", "times") else None
+            vars(self)[name] = as_array(name, getattr(self, name), whole)
+        if np.ndim(self.vertices) == 3:
+            self._take_faces(self.vertices.shape[1])
+        arrays = {"vertices": self.vertices, "faces": self.faces, **self.attributes()}
+        if self.times is not None:
+            arrays["times"] = self.times
+        for name, array in arrays.items():
+            check_array(name, array)
+        check_vertices(self.vertices.dtype, self.vertices.shape)
+        check_faces(self.faces.dtype, self.faces.shape)
+        check_corners(self.faces, self.vertices.shape[1])
+        check_needed(self.attributes())
+        for name, values in self.attributes().items():
+            ATTRIBUTES[name].check(values.dtype, values.shape, self.vertices.shape[:2])
+        if self.known is not None:
+            vars(self)["known"] = as_mask(self.known)
+        self._check_description(len(self.vertices))
+        if not isinstance(self.origin, Origin | None):
+            raise KindError("must be that of another sequence, or None", argument="origin")
+
+    def __repr__(self) -> str:
+        masks = "no masks"
+        if self.known is not None:
+            masks = f"{100 * np.count_nonzero(self.known) / max(1, self.known.size):.3g} % known"
+        counts = summary(self.n_frames, self.n_vertices, len(self.faces), self.dtype)
+        return f"{type(self).__name__}({counts}, {masks}, {rate(self.fps)})"
+
+    @cached_property
+    def header(self) -> Header:  # type: ignore[override]
+        """What all frames share."""
+        n_frames, n_vertices, _ = self.vertices.shape
+        what: dict[str, Any] = {"attributes": self.attributes(), **self.described()}
+        return Header(self.faces, n_frames, n_vertices, self.vertices.dtype, **what)
+
+    @property
+    def path(self) -> Path:  # type: ignore[override]
+        """What messages and pages call the sequence: the last part of its name, if it has one."""
+        own = (self.name or "").rpartition("/")[2]
+        return Path(vars(self).get("called", own or "sequence"))
+
+    def named(self, name: str, files: Some[Path] = ()) -> Self:
+        """The same sequence, which messages call by this name, and which was read from files."""
+        other = copy(self)
+        vars(other).update(called=name, files=files)
+        return other
+
+    def close(self) -> None:
+        """Does nothing: frames in memory stay there."""
+
+    def _frames(self, numbers: Indices) -> Iterator[Frame]:
+        rows: dict[str, Any] = self.attributes()
+        for number in numbers:
+            values = {name: array[number] for name, array in rows.items()}
+            yield Frame(self.vertices[number], **values)
+
+    def _chosen(self, indices: Indices) -> Self:
+        at = (
+            slice(indices.start, indices.stop, indices.step)
+            if isinstance(indices, range)
+            else indices
+        )
+        rows: dict[str, Any] = {name: array[at] for name, array in self.attributes().items()}
+        header = self.header.of_frames(indices)
+        rows |= {"start": header.start, "times": header.times, "report": None}
+        return replace(self, vertices=self.vertices[at], origin=self._origin_of(indices), **rows)
+
+    @overload
+    def __getitem__(self, frames: int | np.integer[Any]) -> Frame: ...
+    @overload
+    def __getitem__(self, frames: slice | Some[int] | Integers) -> Self: ...
+    def __getitem__(
+        self, frames: int | np.integer[Any] | slice | Some[int] | Integers
+    ) -> "Frame | Self":
+        """A frame, or a sequence of some of the frames; see the class."""
+        result: Frame | Self = super().__getitem__(frames)  # type: ignore[assignment]
+        return result
+
+    def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> NDArray[Any]:
+        """The vertices, NaN where the mask says that they are not known."""
+        return as_array_of(self.vertices, self.known, dtype, copy)
+
     @classmethod
-    def read(cls, path: PathLike | Frames, **source: Unpack[Source]) -> "Sequence":
+    def read(cls, path: Any, **source: Any) -> "Sequence":
         """Reads all frames of a file: see :func:`dynmesh.read`."""
         return read(path, **source)
 
-    def write(self, path: PathLike, **options: Any) -> Written:
+    def write(self, path: Any, **options: Any) -> Any:
         """Writes the frames to a file: see :func:`dynmesh.write`."""
-        return formats.write(path, self, **options)
+        return _called("formats", "write", path, self, **options)
 
-    def complete(self, **options: Any) -> ComputedFrames[CompletionReport]:
+    def complete(self, **options: Any) -> Any:
         """Completes the frames: see :func:`dynmesh.complete`."""
-        return complete(self, **options)
+        return _called("verbs.complete", "complete", self, **options)
 
-    def evaluate(self, reference: PathLike | Frames, **options: Any) -> Evaluation:
+    def convert(self, **options: Any) -> Any:
+        """Changes axes, units, rate or range: see :func:`dynmesh.convert`."""
+        return _called("verbs.convert", "convert", self, **options)
+
+    def degrade(self, **options: Any) -> Any:
+        """Removes vertices and adds noise: see :func:`dynmesh.degrade`."""
+        return _called("verbs.degrade", "degrade", self, **options)
+
+    def evaluate(self, reference: Any, **options: Any) -> Any:
         """Measures the errors of the frames: see :func:`dynmesh.evaluate`."""
-        return evaluate(self, reference, **options)
+        return _called("verbs.evaluate", "evaluate", self, reference, **options)
 
-    def view(self, out: PathLike | None = None, **options: Any) -> Page:
+    def view(self, **options: Any) -> Any:
         """Makes a page that plays the frames: see :func:`dynmesh.view`."""
-        return view(self, out, **options)
+        return _called("verbs.view", "view", self, **options)
 
-    def picture(self, out: PathLike | None = None, **options: Any) -> "Image.Image":
+    def picture(self, **options: Any) -> Any:
         """Draws frames: see :func:`dynmesh.picture`."""
-        return picture(self, out, **options)
+        return _called("verbs.picture", "picture", self, **options)
 
     def to_pyvista(self, frame: int) -> Any:
         """Returns a frame as a `pyvista.PolyData`, NaN where it is not known."""
@@ -91,26 +235,77 @@ class Sequence(ArrayFrames):
 
     def _repr_html_(self) -> str:
         """A player or a table, as notebooks show it."""
-        return shown(self)
+        return str(_called("draw.notebook", "shown", self))
 
 
-def read(path: PathLike | Frames, **source: Unpack[Source]) -> Sequence:
+def _called(module: str, name: str, *given: Any, **options: Any) -> Any:
+    """Calls a function of a module that uses this one, and is loaded when it is called."""
+    function: Callable[..., Any] = getattr(import_module(f".{module}", __package__), name)
+    return function(*given, **options)
+
+
+def _arrays_of(meshes: Any) -> dict[str, Any]:
+    """The arrays of one or several meshes of trimesh or PyVista, a frame each.
+
+    Raises:
+        TypeError: they are no meshes.
+        ValueError: their faces differ.
+    """
+    every = [meshes] if hasattr(meshes, "faces") else meshes
+    is_list = isinstance(every, list | tuple) and len(every) > 0
+    found = [mesh_arrays(mesh) for mesh in every] if is_list else [None]
+    frames = [frame for frame in found if frame is not None]
+    if len(frames) < len(found):
+        message = "are missing, and what stands before them is no list of meshes with faces"
+        raise KindError(message, argument="faces")
+    (faces, first), values = frames[0], [_values_of(mesh) for mesh in every]
+    for number, (own, points) in enumerate(frames):
+        is_same = np.array_equal(split_faces(own)[0], split_faces(faces)[0])
+        if not is_same or len(points) != len(first):
+            raise InputError("is of another mesh than frame 0", frame=number)
+    names = with_all_needed([n for n in ATTRIBUTES if all(n in own for own in values)])
+    rows = {name: np.stack([np.asarray(own[name]) for own in values]) for name in names}
+    return {"vertices": np.stack([points for _, points in frames]), "faces": faces, **rows}
+
+
+def _values_of(mesh: Any) -> Any:
+    """The values of the vertices of a mesh of another library, by name."""
+    return getattr(mesh, "point_data", getattr(mesh, "vertex_attributes", {}))
+
+
+def as_sequence(frames: Any, faces: Any = None) -> Sequence | None:
+    """A Sequence as it is, arrays and meshes of other libraries as one; None if it is none."""
+    if isinstance(frames, Sequence):
+        return frames
+    is_list = isinstance(frames, list | tuple) and len(frames) > 0 and hasattr(frames[0], "faces")
+    if not (isinstance(frames, np.ndarray) or hasattr(frames, "faces") or is_list):
+        return None
+    return None if isinstance(frames, Frames) else Sequence(frames, faces)
+
+
+def result_of(run: Run[R], source: Frames) -> Run[R] | Any:
+    """What a verb returns: frames in memory of those in memory, else the run."""
+    return run.read() if isinstance(source, Sequence) else run
+
+
+def read(path: Any, **source: Any) -> Sequence:
     """Reads all frames into memory, of a file or of any others, as a verb makes them.
 
     The keywords and errors are those of :func:`dynmesh.open`.
     """
     with contextlib.ExitStack() as stack:
-        frames = (
-            path if isinstance(path, Frames) else stack.enter_context(formats.open(path, **source))
-        )
+        frames = path
+        if not isinstance(path, Frames):
+            frames = stack.enter_context(_called("formats", "open", path, **source))
         header = frames.header
         shape = (header.n_frames, header.n_vertices)
         vertices = np.empty((*shape, 3), header.dtype)
         values: dict[str, Any] = {
-            name: np.empty(shape, row.dtype) for name, row in header.attributes.items()
+            name: np.empty(shape, ATTRIBUTES[name].dtype) for name in header.attributes
         }
         for number, frame in enumerate(checked(frames)):
             vertices[number] = frame.points
             for name, rows in frame.attributes().items():
                 values[name][number] = rows
+        values |= {"origin": frames.origin, "report": frames.report}
         return Sequence(vertices, header.faces, **values, **header.described())

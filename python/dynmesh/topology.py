@@ -12,6 +12,8 @@ from ._checks import check_integer
 from ._extras import require
 from .polygons import Faces
 
+__all__ = ["RefusedFace", "TopologyReport", "adjacency", "cells", "laplacian"]
+
 
 @dataclass(frozen=True)
 class RefusedFace:

@@ -18,6 +18,8 @@ from .frames import Frame
 from .polygons import Faces, Mesh
 from .scan import DepthScan, PointScan, Scan
 
+__all__ = ["Agreement", "Tracker", "TrackingReport"]
+
 Matrix: TypeAlias = NDArray[np.floating[Any] | np.integer[Any]]
 
 Resolution: TypeAlias = Literal["best"] | int

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 
 import dynmesh
-from dynmesh import degrade
-from dynmesh.degrade.visibility import intrinsics_of, pose_of
+from dynmesh import losses
+from dynmesh.losses.visibility import intrinsics_of, pose_of
 
 SIDE, COUNT = 96, 0.001
 LARGEST = 1e-3
@@ -22,16 +22,16 @@ def write(folder: Path) -> None:
     """Writes an ocean, of whose frames a third is known, and depth images of it by two cameras."""
     sea = dynmesh.synth.ocean(30, grid=40)
     dynmesh.write(folder / "body.obj", sea[:1])
-    known = np.stack(list(degrade.random_known(30, 1600, 1 / 3)))[1:]
+    known = np.stack(list(losses.random_known(30, 1600, 1 / 3)))[1:]
     partial = np.where(known[..., None], sea.vertices[1:], np.float32(np.nan))
     (folder / "partial.raw").write_bytes(partial.tobytes())
-    cameras = degrade.orbit(sea.vertices[0], 2)(0)
+    cameras = losses.orbit(sea.vertices[0], 2)(0)
     numbers = [
         (SIDE, SIDE, COUNT, *intrinsics_of(one, SIDE, SIDE).ravel(), *pose_of(one).ravel())
         for one in cameras
     ]
     np.savetxt(folder / "cameras.txt", np.array(numbers), fmt="%.17g")
-    scans = degrade.depth_images(sea.vertices[:12], sea.faces, cameras, width=SIDE, height=SIDE)
+    scans = losses.depth_images(sea.vertices[:12], sea.faces, cameras, width=SIDE, height=SIDE)
     counts = [np.rint(np.stack(scan.depth) / COUNT).astype("<u2") for scan in scans]
     (folder / "depth.raw").write_bytes(np.stack(counts).tobytes())
 

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 import dynmesh
-from dynmesh import degrade
+from dynmesh import losses
 from dynmesh.geometry import mean_edge_of
 
 MOST_GROWTH = 0.02  # of the memory, plus
@@ -58,8 +58,8 @@ def completing(mesh: dynmesh.Sequence, seed: int, **settings: Any) -> Station:
 def tracking(mesh: dynmesh.Sequence, seed: int, **settings: Any) -> Station:
     """A tracker of scans by three cameras, some with outliers, and of some the half."""
     first, rng = mesh.vertices[0], np.random.default_rng(seed)
-    cameras = degrade.orbit(first, 3)(0)
-    scans = list(degrade.scan_points(mesh.vertices, mesh.faces, cameras, points=3 * len(first)))
+    cameras = losses.orbit(first, 3)(0)
+    scans = list(losses.scan_points(mesh.vertices, mesh.faces, cameras, points=3 * len(first)))
     edge = mean_edge_of(first, mesh.faces)
     tracker = dynmesh.Tracker(mesh.faces, first, **settings)
 

@@ -4,7 +4,6 @@ import inspect
 import json
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
 from pathlib import Path
@@ -35,18 +34,8 @@ VERBS = {
 }
 """The module and the function of each command. Only the one that is run is loaded."""
 
-_INSTEAD = {"convert": "verbs.convert:convert_clouds"}
-"""What a command does with files that are no sequences."""
-
 _EXIT_CODES = {"good": 0, "failed": 1}
 """Of the qualities of reports; of others, whose outputs are written but doubtful, it is 3."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Drawn(Report):
-    """A picture that was written; Python gets the picture itself."""
-
-    output: Path
 
 
 app = App(
@@ -76,8 +65,7 @@ def _loaded(name: str) -> Callable[..., Any]:
 @cache
 def command_of(verb: str) -> Command:
     """The command of a verb."""
-    instead = _INSTEAD.get(verb)
-    return Command(_loaded(VERBS[verb]), None if instead is None else _loaded(instead))
+    return Command(_loaded(VERBS[verb]))
 
 
 def _description(verb: str) -> str:
@@ -139,12 +127,8 @@ def run(tokens: list[str], shared: dict[str, bool]) -> Report | None:
         with printing():
             command(*given.args, **given.kwargs)
         return None
-    result = command(*given.args, **given.kwargs)
-    if result is None or isinstance(result, Report):
-        return result
-    pixels = "{} x {} pixels".format(*result.size)
-    remarks = (pixels, *result.info.get("remarks", ()))
-    return Drawn(output=given.arguments["output"], remarks=remarks)
+    result: Report | None = command(*given.args, **given.kwargs)
+    return result
 
 
 def _command_first(tokens: list[str]) -> list[str]:

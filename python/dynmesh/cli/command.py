@@ -9,7 +9,7 @@ import inspect
 import re
 import typing
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +18,19 @@ from .._checks import path_of
 from .._errors import InputError
 from .._report import DoubtfulWarning
 from ..frames import Frames
-from .options import NAMES, SHARED, Option, annotation_of, in_words, options_of, shared
+from ..scans import ScanRun
+from ..verbs.convert import convert_clouds
+from .beside import BESIDE, checked, filled, overwrite
+from .options import (
+    NAMES,
+    Option,
+    annotation_of,
+    in_words,
+    members_of,
+    names_of,
+    options_of,
+    shared,
+)
 
 
 class Command:
@@ -26,29 +38,32 @@ class Command:
 
     A verb of a `sequence` that returns frames has the options of :func:`dynmesh.open`, as has one
     with a `source`; frames that a verb returns are written, with the options of
-    :func:`dynmesh.write`. Called with the values of the options, it returns a report.
+    :func:`dynmesh.write`, and then what else can be made of its report. Called with the values of
+    the options, it returns a report.
     """
 
-    def __init__(self, verb: Callable[..., Any], instead: Callable[..., Any] | None = None) -> None:
-        """Joins the signatures.
-
-        Args:
-            verb: the function.
-            instead: takes all options, and returns None if the path is not for it.
-        """
-        self._verb, self._instead = verb, instead
+    def __init__(self, verb: Callable[..., Any]) -> None:
+        """Joins the signatures."""
+        self._verb = verb
         self.__name__ = verb.__name__
         returned = inspect.signature(verb).return_annotation
-        kind = typing.get_origin(returned) or returned
-        self._writes = isinstance(kind, type) and issubclass(kind, Frames)
+        kinds = [typing.get_origin(kind) or kind for kind in members_of(returned)]
+        self._writes = any(isinstance(kind, type) and issubclass(kind, Frames) for kind in kinds)
         own = [*options_of(verb)]
         self._reads = self._writes and own[0].parameter.name == "sequence"
         takes_source = any(option.parameter.name == "source" for option in own)
-        every = own[1:] if self._reads else [o for o in own if o.parameter.name != "source"]
+        every = [option for option in own if option.parameter.name != "source"]
+        if self._reads:  # the faces are those of the file
+            every = [option for option in own[1:] if option.parameter.name != "faces"]
         if self._reads or takes_source:
             every += [o for o in options_of(formats.open) if o.names or self._reads]
         if self._writes:
             every += [o for o in options_of(formats.write) if o.parameter.name != "frames"]
+        for one in (beside := BESIDE.get(self.__name__, [])):
+            names = names_of(self.__name__, one.key)
+            every.append(Option(filled, one.parameter, names, "output", one.help))
+        if beside and not self._writes:
+            every += options_of(overwrite)
         every += options_of(shared)
         every.sort(
             key=lambda each: (bool(each.names), not each.names and each.function is formats.write)
@@ -96,24 +111,49 @@ class Command:
             }
 
         own, opening, writing = of(self._verb), of(formats.open), of(formats.write)
+        asked, replaces = of(filled), bool(values.get("overwrite"))
+        wanted = checked(self.__name__, asked, replaces)
         if not self._writes:
-            return self._verb(**own, **({"source": opening} if self.takes_source else {}))
-        if self._instead is not None:
-            unshared = {key: value for key, value in values.items() if key not in SHARED}
-            if (report := self._instead(**unshared)) is not None:
-                return report
-        writing.setdefault("overwrite", False)
-        formats.check_format(writing["path"], writing.get("format"))
+            result = self._verb(**own, **({"source": opening} if self.takes_source else {}))
+            return filled(result, wanted, replaces)
+        output = writing.pop("path")
+        writing["overwrite"] = replaces
+        if self.__name__ != "degrade" or not (own.get("scan") or own.get("depth")):
+            formats.check_format(output, writing.get("format"))
         with contextlib.ExitStack() as stack:
             stack.enter_context(warnings.catch_warnings())
             warnings.simplefilter("ignore", DoubtfulWarning)  # the report says it
-            if self._reads:
-                shared: formats.Source = {"faces": own.get("template")}
-                opened = formats.opened(opening.pop("path"), "path", shared, **opening)
-                result = self._verb(stack.enter_context(opened), **own)
-            else:
-                result = self._verb(**own)
-            return formats.write(writing.pop("path"), stack.enter_context(result), **writing)
+            result = stack.enter_context(self._result(stack, own, opening))
+            if isinstance(result, ScanRun):
+                _refuse_for_scans({**writing, "overwrite": None})
+                return result.write(output, overwrite=replaces)
+            written = formats.write(output, result, **writing)
+            if wanted:
+                filled(written.report, wanted, replaces)
+            return written
+
+    def _result(
+        self, stack: contextlib.ExitStack, own: dict[str, Any], opening: dict[str, Any]
+    ) -> Any:
+        """What the verb returns."""
+        if not self._reads:
+            return self._verb(**own)
+        path = opening.pop("path")
+        if self.__name__ == "convert":
+            clouds = convert_clouds(path, opening.get("gaps", "refuse"), **own)
+            if clouds is not None:
+                _refuse_for_scans({**opening, "gaps": None})
+                return clouds
+        shared: formats.Source = {"faces": own.get("template")}
+        opened = formats.opened(path, "path", shared, **opening)
+        return self._verb(stack.enter_context(opened), **own)
+
+
+def _refuse_for_scans(given: Mapping[str, Any]) -> None:
+    """Refuses what is asked of files of frames alone."""
+    for name, value in given.items():
+        if value not in (None, "ply"):
+            raise InputError("is for sequences, not for scans", argument=name, value=value)
 
 
 def bound(command: Command, tokens: Sequence[str]) -> inspect.BoundArguments:

@@ -93,7 +93,7 @@ def batch(
     workers: Method[int | None] = None,
     scheduler: Method[str | None] = None,
     overwrite: Output[bool] = False,
-    progress: bool = False,
+    progress: bool | None = None,
 ) -> BatchReport:
     """Completes, tracks or registers many files; one that fails does not stop the others.
 

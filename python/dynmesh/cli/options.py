@@ -82,11 +82,16 @@ def options_of(function: Callable[..., Any]) -> Iterator[Option]:
     for parameter in inspect.signature(function).parameters.values():
         name, heading, names = parameter.name, usual, tuple[str, ...]()
         if parameter.kind == parameter.KEYWORD_ONLY or parameter.default is not parameter.empty:
-            names = NAMES.get(name, (f"--{name.replace('_', '-')}",))
-            names = NAMES.get(f"{function.__name__}.{name}", names)
+            names = names_of(function.__name__, name)
         if typing.get_origin(parameter.annotation) is Annotated:
             heading = typing.get_args(parameter.annotation)[1]
         yield Option(function, parameter, names, heading, helps.get(name, ""))
+
+
+def names_of(function: str, name: str) -> tuple[str, ...]:
+    """The names of the option that stands for an argument of a function."""
+    names = NAMES.get(name, (f"--{name.replace('_', '-')}",))
+    return NAMES.get(f"{function}.{name}", names)
 
 
 def _arguments_in(docstring: str) -> dict[str, str]:
@@ -110,20 +115,18 @@ def annotation_of(option: Option) -> Any:
         heading = option.heading
         more["name"] = option.names
         more["group"] = Group(heading.capitalize(), sort_key=HEADINGS.index(heading))
-    if option.parameter.name == "out":  # which Python can do without
-        more["required"] = True
-    if slice in _members(hint):
+    if slice in members_of(hint):
         more["converter"] = lambda _, tokens: slice_of(tokens[0].value)
         more["accepts_keys"], more["n_tokens"], hint = False, 1, str | None
-    if int in _members(hint):
+    if int in members_of(hint):
         more["converter"] = _whole
-    if {Path, list[Path]} & {*_members(_of_shell(hint))}:
+    if {Path, list[Path]} & {*members_of(_of_shell(hint))}:
         more["converter"] = _path
-    if any(typing.get_origin(kind) is list for kind in _members(_of_shell(hint))):
+    if any(typing.get_origin(kind) is list for kind in members_of(_of_shell(hint))):
         more["consume_multiple"] = True  # up to the next option
-    elif str in _members(hint):
+    elif str in members_of(hint):
         more["allow_leading_hyphen"] = True  # of numbers
-    if bool not in _members(hint):
+    if bool not in members_of(hint):
         more["negative"] = ""
     if default is False:
         more["show_default"] = False
@@ -151,7 +154,7 @@ def _path(hint: Any, tokens: Any) -> Any:
 
 def _of_shell(hint: Any) -> Any:
     """What a command line can give of the values of a type."""
-    members = _members(hint)
+    members = members_of(hint)
     empty = (None,) if type(None) in typing.get_args(hint) else ()
     for kind in members:
         if typing.get_origin(kind) is Iterable:
@@ -166,7 +169,7 @@ def _of_shell(hint: Any) -> Any:
 _SIMPLE = (int, float, bool, str)
 
 
-def _members(hint: Any) -> list[Any]:
+def members_of(hint: Any) -> list[Any]:
     """The types of a union but for None, or the type alone."""
     is_union = typing.get_origin(hint) in (Union, types.UnionType)
     return (
@@ -177,7 +180,7 @@ def _members(hint: Any) -> list[Any]:
 def in_words(hint: Any) -> str:
     """What values of a type are, in words."""
     words: list[str] = []
-    for kind in _members(hint):
+    for kind in members_of(hint):
         is_choice = typing.get_origin(kind) is Literal
         words += typing.get_args(kind) if is_choice else [_WORDS.get(kind, "text")]
     return listed(dict.fromkeys(words), "or")

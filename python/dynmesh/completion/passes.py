@@ -4,12 +4,9 @@ On each pass, a completer uses only frames that it has already met.
 """
 
 import contextlib
-import os
-import tempfile
 from collections.abc import Generator, Iterator
 from dataclasses import dataclass, field, replace
-from pathlib import Path
-from typing import Any, cast
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,13 +14,12 @@ from numpy.typing import NDArray
 from .. import _core
 from .._arrays import Mask
 from .._checks import check_positive
-from .._errors import SettingError, locating, naming
+from .._errors import SettingError, locating
 from .._progress import tracked
 from .._report import Quality
 from ..completer import Completer, FrameReport
 from ..diagnosis.finding import frames_listed
-from ..frames import Frame, Frames
-from ..header import Header
+from ..frames import Frame, Frames, Header, Records
 from ..settings import Settings
 from .start import Start, StartFrame
 
@@ -133,7 +129,7 @@ def completed_frames(
     completer: Completer,
     settings: SequenceSettings,
     *,
-    progress: bool = False,
+    progress: bool | None = None,
 ) -> Generator[Frame, None, Tally]:
     """Yields the completed frames of a sequence in their order; returns what was done.
 
@@ -156,9 +152,10 @@ def completed_frames(
     tally = Tally(np.zeros(source.n_vertices, np.bool_))
     whole = start.frame(completer.dtype, completer.settings["uncertainty"])
     out, *further = passes = _passes(start.number, source.n_frames, bidirectional)
-    waiting = _records(whole, source.n_frames if bidirectional else start.number + 1)
+    kept = replace(header, attributes=whole.attributes())
+    waiting = Records(kept, source.n_frames if bidirectional else start.number + 1)
     if start.number >= 0:
-        _store(waiting, start.number, whole)
+        waiting.store(start.number, whole)
 
     def go(way: range, origin: Frame) -> Iterator[tuple[int, Frame]]:
         """Yields the numbers and the completed frames of one pass.
@@ -200,15 +197,15 @@ def completed_frames(
     with contextlib.closing(_frames(source, passes)) as read:
         frames = tracked(read, sum(map(len, passes)), "completing", progress)
         for number, frame in go(out, whole):
-            _store(waiting, number, frame)
+            waiting.store(number, frame)
         if bidirectional:
             there, back = further
-            for number, frame in go(there, _stored(waiting, out[-1]) if out else whole):
-                _store(waiting, number, frame)
-            for number, frame in go(back, _stored(waiting, there[-1]) if there else whole):
-                _store(waiting, number, combined(_stored(waiting, number), frame))
+            for number, frame in go(there, waiting.frame(out[-1]) if out else whole):
+                waiting.store(number, frame)
+            for number, frame in go(back, waiting.frame(there[-1]) if there else whole):
+                waiting.store(number, combined(waiting.frame(number), frame))
         for number in range(len(waiting)):
-            yield finished(number, _stored(waiting, number))
+            yield finished(number, waiting.frame(number))
         if not bidirectional:
             for number, frame in go(further[0], whole):
                 yield finished(number, frame)
@@ -283,24 +280,3 @@ def _weights(ages: NDArray[np.integer], errors: NDArray[np.float64]) -> NDArray[
     weights = np.where(certain.any(axis=0), certain, np.where(rejected | unknown, 0.0, weights))
     weights[:, weights.sum(axis=0) == 0] = 1
     return np.asarray(weights / weights.sum(axis=0))
-
-
-def _records(like: Frame, n: int) -> NDArray[Any]:
-    """Space for n frames with the same attributes, in an unnamed temporary file."""
-    values = {"points": like.points, **like.attributes()}
-    record = np.dtype([(name, one.dtype, one.shape) for name, one in values.items()])
-    if n == 0:
-        return np.empty(n, record)
-    with naming(Path(tempfile.gettempdir())), tempfile.TemporaryFile() as file:
-        if hasattr(os, "posix_fallocate"):  # else a full disk would end the process
-            os.posix_fallocate(file.fileno(), 0, n * record.itemsize)
-        return np.memmap(file, record, "w+", shape=(n,))
-
-
-def _store(records: NDArray[Any], number: int, frame: Frame) -> None:
-    for name in records.dtype.names or ():
-        records[name][number] = getattr(frame, name)
-
-
-def _stored(records: NDArray[Any], number: int) -> Frame:
-    return Frame(**{name: np.array(records[name][number]) for name in records.dtype.names or ()})

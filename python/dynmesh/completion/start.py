@@ -5,7 +5,6 @@ What a frame of the sequence lacks is put together from the others.
 
 import contextlib
 from collections.abc import Iterator
-from copy import copy
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
@@ -17,12 +16,11 @@ from .._arrays import Positions
 from .._checks import path_of
 from .._errors import InputError, KindError, locating
 from .._report import counted
-from ..attributes import FUSED
 from ..formats import PathLike
 from ..formats.comparison import check_same_mesh
 from ..formats.times import index_of
-from ..frames import Frame, Frames, check_whole, frame_at
-from ..header import Header
+from ..frames import FUSED, Frame, Frames, Header, Origin, check_whole, frame_at
+from ..polygons import Polygons
 from ..settings import Settings
 from ..whole_frames import WholeFrame, whole_frame
 
@@ -41,6 +39,8 @@ class StartFrame:
         files: those that hold a template.
         sought: whether it was found by a search for the first whole frame.
         made: what was put together from other frames; None if the frame was whole.
+        polygons: the faces that the output keeps, of a template.
+        origin: the file whose contents the output keeps, of a template.
     """
 
     points: Positions
@@ -48,6 +48,8 @@ class StartFrame:
     files: tuple[Path, ...] = ()
     sought: bool = False
     made: WholeFrame | None = None
+    polygons: Polygons | None = None
+    origin: Origin | None = None
 
     def number_in(self, header: Header) -> float | None:
         """The number of the frame in its file; None for a template."""
@@ -114,7 +116,7 @@ def check_start(start: object, template: object) -> None:
 
 @contextlib.contextmanager
 def open_with_template(
-    frames: PathLike | Frames, template: PathLike | None
+    frames: Any, template: PathLike | None, faces: Any = None
 ) -> Iterator[tuple[Frames, StartFrame | None]]:
     """Opens a sequence and, if there is one, the template from which completion starts.
 
@@ -122,7 +124,8 @@ def open_with_template(
         OSError, ImportError, TypeError, ValueError: the errors of :func:`dynmesh.open`; also if the
             template has another mesh or is not whole.
     """
-    with formats.opened(frames, "sequence", {"faces": template}) as source:
+    shared: formats.Source = {"faces": template if faces is None else faces}
+    with formats.opened(frames, "sequence", shared) as source:
         if template is None:
             yield source, None
             return
@@ -130,23 +133,28 @@ def open_with_template(
             first = template_of(whole)
             check_same_mesh(whole, source)
             # What the output keeps beside positions: polygons, texture coordinates, materials.
-            own, its = source.header, whole.header
-            is_own = own.texture is not None or (own.polygons is not None and its.texture is None)
-            shown = own if is_own else its
-            of_own = own.origin is not None and own.origin.is_scene
-            origin = own.origin if of_own else its.origin or own.origin
+            has_own = source.header.polygons is not None and whole.texture is None
+            shown = source if source.texture is not None or has_own else whole
+            of_own = source.origin is not None and source.origin.is_scene
+            origin = source.origin if of_own else whole.origin or source.origin
             if origin is not None:
                 origin = replace(
-                    origin, texture=shown.texture, remarks=own.remarks, is_scene=of_own
+                    origin, texture=shown.texture, remarks=source.remarks, is_scene=of_own
                 )
-            source = copy(source)
-            vars(source)["header"] = replace(own, polygons=shown.polygons, origin=origin)
-            points = first.astype(source.dtype)
-            yield source, StartFrame(points, -1, tuple(whole.files))
+            yield (
+                source,
+                StartFrame(
+                    first.astype(source.dtype),
+                    -1,
+                    tuple(whole.files),
+                    polygons=shown.header.polygons,
+                    origin=origin,
+                ),
+            )
 
 
 def start_in(
-    reader: Frames, start: Start, settings: Settings, *, progress: bool = False
+    reader: Frames, start: Start, settings: Settings, *, progress: bool | None = None
 ) -> StartFrame:
     """Returns the frame of the sequence from which its completion starts.
 

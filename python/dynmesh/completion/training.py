@@ -14,10 +14,10 @@ from .._arrays import Positions
 from .._checks import path_of, refuse_mask
 from .._errors import DynmeshError, InputError, KindError, SettingError, locating
 from .._progress import tracked
-from ..arrays import ArrayFrames
 from ..formats import PathLike
 from ..formats.comparison import check_same_mesh
 from ..frames import Frames, check_whole
+from ..sequence import Sequence
 
 TrainingFrames: TypeAlias = PathLike | Frames | Positions | Iterable[PathLike | Frames]
 """A file with training frames, frames of :func:`dynmesh.open`, positions (n, k, 3), or several
@@ -29,7 +29,9 @@ _EXPECTED = "a path, frames, positions (n, k, 3), or a list of paths or frames"
 class Training:
     """All training frames, one after another, which are read one at a time."""
 
-    def __init__(self, training: TrainingFrames | None, like: Frames, progress: bool) -> None:
+    def __init__(
+        self, training: TrainingFrames | None, like: Frames, progress: bool | None
+    ) -> None:
         """Compares the mesh of each file with that of the sequence.
 
         Args:
@@ -93,7 +95,7 @@ def _sources(training: TrainingFrames | None, like: Frames) -> list[Path | Frame
     if isinstance(training, np.ndarray):
         refuse_mask("training", training)
         try:
-            return [ArrayFrames(training, like.faces).named("training")]
+            return [Sequence(training, like.faces).named("training")]
         except DynmeshError as error:
             error.argument = "training"
             raise

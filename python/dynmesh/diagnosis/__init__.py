@@ -19,7 +19,9 @@ from .presence import Presence, plausible
 __all__ = ["Diagnosis", "Finding", "Severity", "Where", "diagnose"]
 
 
-def diagnose(source: OneSequence, *, progress: bool = False, **how: Unpack[Source]) -> Diagnosis:
+def diagnose(
+    source: OneSequence, *, progress: bool | None = None, **how: Unpack[Source]
+) -> Diagnosis:
     """Looks for problems of a sequence, in one pass and in constant memory.
 
     Args:

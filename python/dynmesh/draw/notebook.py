@@ -3,9 +3,8 @@
 from html import escape
 
 from .._errors import InputError
-from ..arrays import ArrayFrames
-from ..frames import check_any
-from ..header import rate
+from ..frames import check_any, rate
+from ..sequence import Sequence
 from .page import framed, page
 
 LARGEST_PLAYER = 2_000_000
@@ -18,7 +17,7 @@ _SIZES = ((2000, 30), (1000, 30), (1000, 15), (500, 15))
 """How many vertices and frames a player may show; the first that is small enough is used."""
 
 
-def shown(sequence: ArrayFrames) -> str:
+def shown(sequence: Sequence) -> str:
     """Returns HTML with a player, if there can be one, and a description of a sequence."""
     n_frames, n_vertices, _ = sequence.vertices.shape
     known = "no masks"
@@ -44,7 +43,7 @@ def shown(sequence: ArrayFrames) -> str:
     return f"{player}<table><caption>Sequence</caption>{lines}</table>"
 
 
-def _player(sequence: ArrayFrames) -> str:
+def _player(sequence: Sequence) -> str:
     """Returns a frame with a page that plays the sequence.
 
     Raises:

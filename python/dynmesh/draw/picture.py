@@ -41,7 +41,7 @@ def drawn(
     up: str | None = None,
     azimuth: float = 60.0,
     size: int = 480,
-    progress: bool = False,
+    progress: bool | None = None,
 ) -> Any:
     """Draws frames of a sequence on one sheet, all at the same scale, with one colour bar.
 

@@ -51,7 +51,7 @@ def measured(
     partial: Frames | None,
     only: Only,
     frames: slice | range | None,
-    progress: bool,
+    progress: bool | None,
 ) -> tuple[list[FrameErrors], float, Calibration | None]:
     """Returns the errors of each frame, their unit, and how well standard errors describe them.
 

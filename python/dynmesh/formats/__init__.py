@@ -5,6 +5,7 @@ keeps. They process one frame at a time, so memory does not grow with the length
 """
 
 from collections.abc import Iterator, Mapping
+from collections.abc import Sequence as Some
 from contextlib import contextmanager
 from typing import Any, Literal, TypeAlias, TypedDict, Unpack
 
@@ -13,10 +14,10 @@ from numpy.typing import NDArray
 
 from .._checks import check_choice, path_of
 from .._errors import naming
-from ..arrays import ArrayFrames
-from ..frames import Frames, Stored, check_any
-from ..polygons import Faces, split_faces
-from .format import Gaps, NoFacesError, Template, template_of
+from ..frames import Frames, Kept, Run, Stored, check_any
+from ..polygons import Faces, Mesh, split_faces
+from ..sequence import Sequence, as_sequence
+from .format import Format, Gaps, NoFacesError, Template, template_of
 from .masks import MaskedFrames
 from .table import (
     FORMATS,
@@ -30,6 +31,9 @@ from .writing import Written, write
 
 __all__ = [
     "FORMATS",
+    "Format",
+    "InFile",
+    "InMemory",
     "NoFacesError",
     "OneSequence",
     "PathLike",
@@ -95,7 +99,7 @@ def open(
         template, chosen = _template(faces), format_of(path, format)
         path = existing_file(path, chosen)
         frames = chosen.open(path, faces=template, prim=prim, gaps=gaps)
-    if isinstance(frames, ArrayFrames):  # as a simple format of another package reads it
+    if isinstance(frames, Sequence):  # as a simple format of another package reads it
         frames = frames.named(str(path), [path])
     if known is None and missing is None:
         return frames
@@ -117,8 +121,11 @@ def meshes_of(path: PathLike, format: str | None = None) -> Mapping[str, bool]:
         return {} if chosen.meshes is None else chosen.meshes(path)
 
 
-OneSequence: TypeAlias = PathLike | Frames
-"""A file in any format, frames from :func:`open`, or a sequence in memory."""
+InMemory: TypeAlias = Sequence | NDArray[np.floating[Any]] | Some[Mesh]
+InFile: TypeAlias = PathLike | Frames
+OneSequence: TypeAlias = InMemory | InFile
+"""A file in any format, frames of :func:`open` or of a verb, a sequence in memory, positions (n, k,
+3) beside faces, or meshes of trimesh or PyVista, one for each frame."""
 
 
 @contextmanager
@@ -130,20 +137,25 @@ def opened(
 ) -> Iterator[Frames]:
     """Yields the frames of a sequence, wherever it is; frames that are open stay so.
 
+    Those of a run are kept in a temporary file when the first of them is wanted.
+
     Args:
         sequence: the sequence.
         name: what messages call a sequence in memory.
-        shared: `faces` for a file that holds none, and `prim` for one with several meshes; others
-            do without them.
+        shared: `faces` for arrays and a file that holds none, and `prim` for one with several
+            meshes; others do without them.
         **source: how to read a file, the keywords of :func:`open`.
     """
-    if isinstance(sequence, Frames):
-        frames = sequence.named(name) if isinstance(sequence, ArrayFrames) else sequence
+    shared = shared or {}
+    own = as_sequence(sequence, shared.get("faces"))
+    frames = sequence if own is None or own.name else own.named(name)
+    if isinstance(frames, Run):
+        frames = Kept(frames)
+    if isinstance(frames, Frames):
         check_any(frames)
         yield frames
         return
-    sequence = path_of(name, sequence, "a path, frames, or a Sequence(vertices, faces)")
-    shared = shared or {}
+    sequence = path_of(name, sequence, "a path, frames, a Sequence, arrays or meshes")
     template = _template(shared.get("faces"))
     if shared.get("prim") and format_of(sequence, source.get("format")).meshes is not None:
         source["prim"] = shared["prim"]

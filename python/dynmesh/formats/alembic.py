@@ -8,8 +8,6 @@ states the up axis and the length of a unit.
 """
 
 import os
-from collections.abc import Iterable
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,9 +16,7 @@ from numpy.typing import NDArray
 
 from .._errors import of_library
 from .._extras import require
-from ..frames import Frame
-from ..header import Header
-from ..origin import TEXTURE
+from ..frames import TEXTURE, Frame, Frames, Header
 from ..polygons import as_polygons, reversal, turned
 from .alembic_archive import (
     AlembicFrames,
@@ -52,7 +48,7 @@ _ARRAYS = {"Uchar": "UnsignedChar", "Int32": "Int", "Float": "Float"}
 """The library's arrays, by the kind of geometry parameter."""
 
 
-def write_alembic(path: Path, header: Header, frames: Iterable[Frame]) -> list[str]:
+def write_alembic(path: Path, header: Header, frames: Frames) -> list[str]:
     """Writes an archive; positions are rounded to float32."""
     with path.open("wb") as file:  # the library would end the process on a full disk
         if hasattr(os, "posix_fallocate"):  # not on macOS and Windows
@@ -62,18 +58,18 @@ def write_alembic(path: Path, header: Header, frames: Iterable[Frame]) -> list[s
     try:
         for number, frame in enumerate(frames):
             with of_library("cannot be written", OSError):
-                _append(schema, parameters, header, number, frame)
+                _append(schema, parameters, frames, number, frame)
     finally:  # the library closes the archive when all objects are released
         parameters.clear()
         del archive, schema
-    return not_written(header, () if header.texture is None else (TEXTURE,))
+    return not_written(frames, () if frames.texture is None else (TEXTURE,))
 
 
 def _begin(path: Path, header: Header) -> tuple[Any, Any, dict[str, Any]]:
     """Creates an archive, the schema of its mesh, and the parameters of its vertices."""
     abc, geometry = library("Abc"), library("AbcGeom")
     # Not what the errors are of, which the parameter says.
-    description = ", ".join(comments_of(replace(header, has_standard_error=False)))
+    description = ", ".join(comments_of(header, errors=False))
     rate = () if header.fps is None else (header.fps,)
     archive = abc.CreateArchiveWithInfo(str(path), *rate, "dynmesh", description)
     parent = archive.getTop()
@@ -104,9 +100,9 @@ def _parameter(schema: Any, header: Header, name: str, sampling: int) -> Any:
 
 
 def _append(
-    schema: Any, parameters: dict[str, Any], header: Header, number: int, frame: Frame
+    schema: Any, parameters: dict[str, Any], frames: Frames, number: int, frame: Frame
 ) -> None:
-    geometry = library("AbcGeom")
+    header, geometry = frames.header, library("AbcGeom")
     arrays = [library_array("V3f", frame.points)]
     if number == 0:
         faces = as_polygons(header.faces, header.polygons)
@@ -116,8 +112,8 @@ def _append(
     imath = require("imath", extra="alembic")
     low, high = (imath.V3d(*corner) for corner in extent_of(frame).tolist())
     sample.setSelfBounds(imath.Box3d(low, high))  # which would count unknown points, too
-    if number == 0 and header.texture is not None:
-        texture = library_array("V2f", header.texture[places])
+    if number == 0 and frames.texture is not None:
+        texture = library_array("V2f", frames.texture[places])
         scope = geometry.GeometryScope.kFacevaryingScope
         sample.setUVs(geometry.OV2fGeomParamSample(texture, scope))
     schema.set(sample)

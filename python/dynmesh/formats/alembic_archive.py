@@ -9,10 +9,16 @@ from numpy.typing import NDArray
 
 from .._errors import InputError, of_library
 from .._extras import require
-from ..attributes import ATTRIBUTES, flags_of, with_all_needed
-from ..frames import FileFrames, Frame, Indices
-from ..header import Header
-from ..origin import TEXTURE, Origin
+from ..frames import (
+    ATTRIBUTES,
+    TEXTURE,
+    FileFrames,
+    Frame,
+    Header,
+    Indices,
+    Origin,
+    with_all_needed,
+)
 from ..polygons import Polygons, reversal, split_polygons, turned
 from .comments import metadata_in
 from .format import OTHER_MESHES, check_same_faces, choose_mesh, not_read
@@ -180,9 +186,12 @@ class AlembicFrames(FileFrames):
         with of_library(_TRIED):
             mesh = meshes[choose_mesh(moves(meshes), prim)]
             self._positions = mesh.getSchema().getPositionsProperty()
-            super().__init__(path, self._header(path, archive, meshes, mesh))
+            header, origin = self._described(path, archive, meshes, mesh)
+            super().__init__(path, header, origin=origin)
 
-    def _header(self, path: Path, archive: Any, meshes: Mapping[str, Any], mesh: Any) -> Header:
+    def _described(
+        self, path: Path, archive: Any, meshes: Mapping[str, Any], mesh: Any
+    ) -> tuple[Header, Origin | None]:
         n_frames = self._positions.getNumSamples()
         if n_frames == 0:
             raise InputError("the mesh has no positions")
@@ -201,28 +210,26 @@ class AlembicFrames(FileFrames):
             metadata.metres_per_unit,
             (_to_scene(transforms, time) for time in ([0.0] if is_still else times)),
         )
-        n_vertices = len(self._positions.getValue(0))
-        return Header(
+        header = Header(
             faces=faces,
             n_frames=n_frames,
-            n_vertices=n_vertices,
+            n_vertices=len(self._positions.getValue(0)),
             dtype=np.dtype(np.float32),
             polygons=polygons,
             name=mesh.getFullName(),
             up_axis=up_axis,
             metres_per_unit=metres_per_unit,
             **timing_of(archive, self._positions)._asdict(),
-            **flags_of(self._parameters),
+            attributes=self._parameters,
             standard_error_of=errors or "position",
-            origin=Origin.of(
-                path,
-                faces,
-                n_vertices,
-                held_beside(archive, meshes, mesh),
-                name=mesh.getFullName(),
-                remarks=not_read(() if is_still else ("transforms",), unknown),
-                texture=texture_of(mesh, as_stored),
-            ),
+        )
+        return header, Origin.of(
+            path,
+            header,
+            held_beside(archive, meshes, mesh),
+            name=mesh.getFullName(),
+            remarks=not_read(() if is_still else ("transforms",), unknown),
+            texture=texture_of(mesh, as_stored),
         )
 
     def _frames(self, numbers: Indices) -> Iterator[Frame]:

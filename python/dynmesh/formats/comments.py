@@ -5,7 +5,7 @@ import math
 from collections.abc import Iterable
 from typing import Any, NamedTuple
 
-from ..header import Header, StandardErrorOf
+from ..frames import Header, StandardErrorOf
 
 
 class Metadata(NamedTuple):
@@ -16,10 +16,13 @@ class Metadata(NamedTuple):
     standard_error_of: StandardErrorOf = "position"
 
 
-def comments_of(header: Header) -> list[str]:
-    """Returns the comment lines for a header."""
+def comments_of(header: Header, *, errors: bool = True) -> list[str]:
+    """Returns the comment lines for a header, without what standard errors are of if unwanted."""
     metadata: dict[str, Any] = Metadata(header.up_axis, header.metres_per_unit)._asdict()
-    metadata["standard_error_of"] = header.standard_error_of if header.has_standard_error else None
+    if not (errors and header.has_standard_error):
+        metadata["standard_error_of"] = None
+    else:
+        metadata["standard_error_of"] = header.standard_error_of
     return [f"{name} {value}" for name, value in metadata.items() if value is not None]
 
 

@@ -54,7 +54,7 @@ def _check_alike(other: Frames, reader: Frames, name: str, what: str, option: st
 def remarks_of(*readers: Frames | None) -> tuple[str, ...]:
     """What of the motion of sequences is not read, with the names of their files."""
     there = [reader for reader in readers if reader is not None]
-    return tuple(f"{one.path.name}: {remark}" for one in there for remark in one.header.remarks)
+    return tuple(f"{one.path.name}: {remark}" for one in there for remark in one.remarks)
 
 
 def check_same_size(completed: Frames, reference: Frames) -> None:

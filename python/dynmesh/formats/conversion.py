@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from .._arrays import Positions
 from .._checks import check_choice, check_positive
 from .._errors import InputError, locating
-from ..frames import Frame
-from ..header import Axis, Header
+from ..frames import RANGE, Axis, Frame, Header
 from .times import check_slice, frame_numbers, indices_of
 from .units import agreed, metres_of
 
@@ -56,7 +55,7 @@ class Changes:
             ValueError: there are no such frames, the file states another axis or unit, or one is
                 needed that nothing states.
         """
-        indices = range(header.n_frames)
+        indices = range(n_frames := header.n_frames)
         if self.frames is not None:
             numbers = frame_numbers(header)
             indices = indices_of(numbers, self.frames)
@@ -80,8 +79,15 @@ class Changes:
             factor *= metres / metres_of(self.to_unit)
             metres = metres_of(self.to_unit)
         fps = self.fps or header.fps
+        changed = {
+            RANGE: len(indices) < n_frames,
+            "frame rate": fps != header.fps,
+            "up axis": not np.array_equal(turn, np.eye(3)),
+            "unit of length": self.to_unit is not None and factor != (self.scale or 1),
+        }
         result = replace(header, up_axis=up, metres_per_unit=metres, fps=fps)
-        return Conversion(result, turn, factor), indices
+        names = tuple(name for name, is_changed in changed.items() if is_changed)
+        return Conversion(result, turn, factor, names), indices
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,11 +98,13 @@ class Conversion:
         header: that of the result.
         turn: (3, 3), the rotation of the points.
         factor: by which they are scaled.
+        changed: what is another one than before, in words.
     """
 
     header: Header
     turn: NDArray[np.float64]
     factor: float
+    changed: tuple[str, ...]
 
     def frames(self, frames: Iterable[Frame]) -> Iterator[Frame]:
         """Yields the frames of the result, for all frames of the sequence."""

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from .._errors import InputError
-from ..header import largest_start
+from ..frames import largest_start
 from .format import Gaps
 from .names import WILDCARDS, FrameNames, Number, as_whole, by_number, numbers_in
 

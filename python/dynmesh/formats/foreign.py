@@ -7,8 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from .._errors import InputError, locating, of_library
-from ..frames import FileFrames, Frame, Indices, Stored, check_frame
-from ..header import Header
+from ..frames import FileFrames, Frame, Frames, Header, Indices, Stored, check_frame
 from .format import Format, Write
 from .names import FrameNames
 
@@ -61,7 +60,7 @@ def _writing(format: Format, function: Write | None, tried: str) -> Write | None
     if function is None:
         return None
 
-    def write(path: Path, header: Header, frames: Iterable[Frame]) -> Iterable[str] | None:
+    def write(path: Path, header: Header, frames: Frames) -> Iterable[str] | None:
         with of_library(tried):
             remarks = function(path, header, frames)
             are_lines = isinstance(remarks, list | tuple) and all(

@@ -11,12 +11,11 @@ from numpy.typing import NDArray
 
 from .._errors import InputError, naming
 from .._report import listed, some_of
-from ..frames import Frame, Stored
-from ..header import Header
+from ..frames import Frames, Header, Stored
 from ..polygons import Polygons
 from .comments import Metadata
 
-Write: TypeAlias = Callable[[Path, Header, Iterable[Frame]], Iterable[str] | None]
+Write: TypeAlias = Callable[[Path, Header, Frames], Iterable[str] | None]
 Gaps: TypeAlias = Literal["refuse", "lost"]
 """What becomes of frames whose file is missing: an error, or frames without observations."""
 
@@ -110,9 +109,9 @@ class Format:
         name: by which users choose the format, such as "npz".
         suffixes: of file names, in lower case, such as ".npz".
         read: opens the frames of a file, of a path and what it takes.
-        write: writes frames to a path, in a folder that is moved to where it belongs when all
-            frames are written (see :func:`destination_of`), and returns remarks for the user; None
-            if the format can only be read.
+        write: writes to a path, of a header and :class:`dynmesh.Frames`, in a folder that is moved
+            to where it belongs when all frames are written (see :func:`destination_of`), and
+            returns remarks for the user; None if the format can only be read.
         keeps: what the format stores beside triangles and positions of float32: "known", masks,
             without which unknown positions are stored as NaN; "provenance", generation, age and
             standard errors; "texture", texture coordinates; "float64"; and the attributes of a
@@ -170,9 +169,9 @@ class Format:
         return self.read(path, **{name: given[name] for name in self.takes})
 
 
-def not_written(header: Header, held: Iterable[str]) -> list[str]:
+def not_written(frames: Frames, held: Iterable[str]) -> list[str]:
     """Says what the file of a mesh holds that is not written, but for what is held."""
-    source = header.origin
+    source = frames.origin
     lost = set() if source is None else {*source.holds} - {*held}
     if source is None or not lost:
         return []

@@ -9,10 +9,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from .._errors import InputError, naming
-from ..attributes import ATTRIBUTES, flags_of
-from ..frames import FileFrames, Frame, Indices
-from ..header import Header, numbers_of
-from ..origin import Origin
+from ..frames import ATTRIBUTES, FileFrames, Frame, Frames, Header, Indices, Origin, numbers_of
 from ..polygons import Polygons, as_polygons, split_polygons
 from .comments import Metadata
 from .folders import find_files, names_to_write
@@ -69,13 +66,13 @@ class FilePerFrame(FileFrames):
                 n_vertices=k,
                 dtype=frame.points.dtype,
                 polygons=polygons_or_none,
-                origin=Origin.of(self._first, triangles, k, further),
                 **timing_of(numbers),
                 **metadata._asdict(),
-                **flags_of(frame.attributes()),
+                attributes=frame.attributes(),
             )
+            origin = Origin.of(self._first, header, further)
         lost = frozenset(number for number, file in enumerate(self._files) if file is None)
-        super().__init__(path, header, present, lost)
+        super().__init__(path, header, present, lost, origin)
 
     @abstractmethod
     def _load(self, file: Path) -> Loaded:
@@ -96,7 +93,8 @@ class FilePerFrame(FileFrames):
         """A frame in which nothing was observed."""
         k = self.n_vertices
         attributes: dict[str, Any] = {
-            name: np.full(k, row.absent, row.dtype) for name, row in self.header.attributes.items()
+            name: np.full(k, ATTRIBUTES[name].absent, ATTRIBUTES[name].dtype)
+            for name in self.header.attributes
         }
         return Frame(np.full((k, 3), np.nan, self.dtype), **attributes)
 
@@ -158,9 +156,9 @@ def write_frames(
     ]
 
 
-def mesh_file_of(header: Header, suffix: str) -> Path | None:
+def mesh_file_of(frames: Frames, suffix: str) -> Path | None:
     """The file of a format that holds more than positions and faces, if it is as it was read."""
-    source = header.origin
-    if source is None or not header.has_origin or source.path.suffix.lower() != suffix:
+    source = frames.own_origin
+    if source is None or source.path.suffix.lower() != suffix:
         return None
     return source.path if source.is_unchanged else None

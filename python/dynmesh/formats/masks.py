@@ -9,12 +9,10 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from .._arrays import Mask
+from .._arrays import Mask, as_mask
 from .._checks import as_array, path_of
 from .._errors import InputError, locating, naming, of_library
-from ..attributes import ATTRIBUTES, as_mask
-from ..frames import FileFrames, Frame, Indices, Stored
-from ..header import Header
+from ..frames import ATTRIBUTES, FileFrames, Frame, Header, Indices, Stored
 from .npz import array_in
 from .rows import read_header
 from .text import lines_in, number_of, words_in
@@ -40,7 +38,8 @@ class MaskedFrames(FileFrames):
         elif known is not None:
             self._known = _load(self._mask_files[0] if self._mask_files else known, shape)
         read = [*reader.files, *self._mask_files]
-        super().__init__(reader.path, replace(reader.header, has_known=True), read, reader.lost)
+        header = replace(reader.header, attributes=["known", *reader.header.attributes])
+        super().__init__(reader.path, header, read, reader.lost, reader.origin)
 
     def _frames(self, numbers: Indices) -> Iterator[Frame]:
         frames = self._reader.frames_at(numbers)

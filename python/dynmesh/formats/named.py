@@ -10,9 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._errors import InputError
-from ..attributes import ATTRIBUTES, check_needed, flags_of
-from ..frames import Frame
-from ..header import Header, check_faces, check_vertices
+from ..frames import ATTRIBUTES, Frame, Header, check_faces, check_needed, check_vertices
 from ..polygons import Polygons
 
 per_frame = ("vertices", *ATTRIBUTES)
@@ -41,7 +39,8 @@ def header_of(
             )
     if ("polygon_sizes" in names) != ("polygon_corners" in names):
         raise InputError("polygon_sizes, polygon_corners: must be given both or neither")
-    check_needed(names)
+    own = [name for name in ATTRIBUTES if name in names]
+    check_needed(own)
     shape, dtype = kind_of("vertices")
     check_vertices(dtype, shape)
     faces = array_of("faces")
@@ -67,13 +66,13 @@ def header_of(
         values["polygons"] = Polygons(array_of("polygon_sizes"), array_of("polygon_corners"))
     n_frames, n_vertices, _ = shape
     dtype = dtype.newbyteorder("=")
-    return Header(faces, n_frames, n_vertices, dtype, **values, **flags_of(names))
+    return Header(faces, n_frames, n_vertices, dtype, **values, attributes=own)
 
 
 def kinds_per_frame(header: Header) -> dict[str, tuple[tuple[int, ...], np.dtype[Any]]]:
     """Returns the shape and the dtype of each array with one row per frame."""
     shape = (header.n_frames, header.n_vertices)
-    attributes = {name: (shape, row.dtype) for name, row in header.attributes.items()}
+    attributes = {name: (shape, ATTRIBUTES[name].dtype) for name in header.attributes}
     return {"vertices": ((*shape, 3), header.dtype), **attributes}
 
 
@@ -89,7 +88,6 @@ def rows_of(frame: Frame) -> dict[str, NDArray[Any]]:
 def arrays_once(header: Header) -> dict[str, Any]:
     """Returns the arrays that exist once."""
     arrays = {"faces": header.faces, **header.stated}
-    arrays.pop("subdivision", None)
     if polygons := arrays.pop("polygons", None):
         arrays["polygon_sizes"], arrays["polygon_corners"] = polygons
     return arrays

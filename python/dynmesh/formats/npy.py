@@ -14,9 +14,7 @@ from typing import Any
 import numpy as np
 
 from .._errors import naming
-from ..attributes import ATTRIBUTES, check_needed, flags_of
-from ..frames import Frame
-from ..header import Header, check_faces, check_vertices
+from ..frames import ATTRIBUTES, Frame, Header, check_faces, check_needed, check_vertices
 from .format import ARRAYS, Format, Template, find_template
 from .named import per_frame
 from .rows import Rows, RowsFrames, load_array, open_rows, write_rows
@@ -56,7 +54,7 @@ class NpyFrames(RowsFrames):
             polygons=template.polygons,
             up_axis=template.metadata.up_axis,
             metres_per_unit=template.metadata.metres_per_unit,
-            **flags_of(self._arrays),
+            attributes=self._arrays[1:],
             standard_error_of=errors,
         )
         super().__init__(path, header, read)

@@ -7,15 +7,13 @@ positions. Comments at the beginning state the up axis and the length of a unit.
 
 import os
 import re
-from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .._core import parse_obj
-from ..frames import Frame
-from ..header import Header
-from ..origin import TEXTURE
+from ..frames import TEXTURE, Frame, Frames, Header
 from ..polygons import Polygons, as_polygons
 from .comments import Metadata, comments_of, metadata_in
 from .format import Format, not_written
@@ -42,15 +40,15 @@ class ObjFrames(FilePerFrame):
         return Loaded(Frame(points), Polygons(sizes, corners), metadata_in(comments), further)
 
 
-def write_obj(path: Path, header: Header, frames: Iterable[Frame]) -> list[str]:
+def write_obj(path: Path, header: Header, frames: Frames) -> list[str]:
     """Writes a sequence of OBJ files. Unknown vertices are written as NaN."""
-    source = mesh_file_of(header, ".obj")
+    source = mesh_file_of(frames, ".obj")
     if source is not None:
         before, after = _around(source, destination_of(path).parent)
-        held = {*header.origin.holds} - {"normals"} if header.origin else set()
+        held = {*frames.origin.holds} - {"normals"} if frames.origin else set()
     else:
-        before, after = ["", *["\n"] * (header.n_vertices - 1)], _faces_of(header)
-        held = set() if header.texture is None else {TEXTURE}
+        before, after = ["", *["\n"] * (header.n_vertices - 1)], _faces_of(header, frames.texture)
+        held = set() if frames.texture is None else {TEXTURE}
     comments = "".join(f"# {line}\n" for line in comments_of(header))
     before[0] = comments + before[0]
 
@@ -62,15 +60,15 @@ def write_obj(path: Path, header: Header, frames: Iterable[Frame]) -> list[str]:
             )
             lines.write(after)
 
-    return [*write_frames(path, header, frames, save), *not_written(header, held)]
+    return [*write_frames(path, header, frames, save), *not_written(frames, held)]
 
 
-def _faces_of(header: Header) -> str:
+def _faces_of(header: Header, texture: NDArray[np.float32] | None) -> str:
     """The lines of faces, and of texture coordinates if there are any."""
     sizes, corners = as_polygons(header.faces, header.polygons)
     names, lines = (corners + 1).astype(str).astype(object), ["\n"]
-    if header.texture is not None:
-        places, own = np.unique(header.texture, axis=0, return_inverse=True)
+    if texture is not None:
+        places, own = np.unique(texture, axis=0, return_inverse=True)
         lines += [f"vt {u!r} {v!r}\n" for u, v in places.tolist()]
         names += "/" + (own.reshape(-1) + 1).astype(str).astype(object)
     faces = np.split(names, np.cumsum(sizes)[:-1])

@@ -18,7 +18,7 @@ from typing import Any, TypeVar
 from .._checks import path_of
 from .._errors import InputError
 from .._report import listed
-from ..header import Header
+from ..frames import ATTRIBUTES, Header
 
 R = TypeVar("R")
 
@@ -327,7 +327,7 @@ def blaming(path: Path, output: Path) -> Iterator[None]:
 def bytes_of(header: Header) -> int:
     """Returns the least number of bytes that the frames of a sequence take in a file."""
     of_position = 12  # at least, in every format
-    of_vertex = of_position + sum(row.dtype.itemsize for row in header.attributes.values())
+    of_vertex = of_position + sum(ATTRIBUTES[name].dtype.itemsize for name in header.attributes)
     return header.n_frames * header.n_vertices * of_vertex
 
 

@@ -10,7 +10,7 @@ writer writes frame 0 as `NAME.obj`. Unknown positions are written as NaN, and f
 """
 
 import struct
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,8 +18,8 @@ import numpy as np
 
 from .._checks import native
 from .._errors import InputError, naming
-from ..frames import FileFrames, Frame, Indices
-from ..header import Header
+from .._report import Report
+from ..frames import FileFrames, Frame, Frames, Header, Indices, Run
 from ..polygons import as_polygons
 from .format import STATED, Format, Template, find_template, not_written, template_of
 from .obj import ObjFrames, write_obj
@@ -81,7 +81,7 @@ def _mesh(path: Path) -> Template:
         return template_of(reader)
 
 
-def write_pc2(path: Path, header: Header, frames: Iterable[Frame]) -> list[str]:
+def write_pc2(path: Path, header: Header, frames: Frames) -> list[str]:
     """Writes a PC2 file, and the mesh beside it.
 
     An existing `NAME.obj` with the same faces is kept, since it may contain more, such as texture
@@ -95,14 +95,16 @@ def write_pc2(path: Path, header: Header, frames: Iterable[Frame]) -> list[str]:
     needs_mesh = not _is_kept(mesh, header)
     if needs_mesh and len(header.faces) == 0:
         raise InputError("the sequence has no faces, which the mesh beside it needs")
-    remarks = [] if needs_mesh else [*not_written(header, ()), *_unstated(mesh, header)]
+    remarks = [] if needs_mesh else [*not_written(frames, ()), *_unstated(mesh, header)]
     with path.open("wb") as file:
         counts = layout.pack(signature, 1, header.n_vertices, header.start, 1.0, header.n_frames)
         file.write(counts)
         for number, frame in enumerate(frames):
             if number == 0 and needs_mesh:
-                single = replace(header, n_frames=1, times=None, has_known=False)
-                remarks += write_obj(path.with_suffix(".obj"), single, [Frame(frame.points)])
+                single = replace(header, n_frames=1, times=None, attributes=())
+                points, origin = frame.points, frames.origin
+                mesh_alone: Run[Report] = Run(single, lambda: iter([Frame(points)]), origin=origin)  # noqa: B023
+                remarks += write_obj(path.with_suffix(".obj"), single, mesh_alone)
             file.write(frame.points.astype(_DTYPE, order="C", copy=False).data)
     return remarks
 

@@ -6,8 +6,7 @@ from pathlib import Path
 
 from .._errors import InputError
 from .._report import some_of
-from ..frames import Frames
-from ..header import Header
+from ..frames import Frames, Header
 from .folders import names_to_write
 from .format import Format
 from .output import (

@@ -12,12 +12,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._arrays import Integers, Positions
+from .._arrays import Integers, Positions, as_mask
 from .._core import parse_ply
 from .._errors import InputError
-from ..attributes import ATTRIBUTES, Attribute, as_mask, with_all_needed
-from ..frames import Frame
-from ..header import Header
+from ..frames import ATTRIBUTES, Attribute, Frame, Frames, Header, with_all_needed
 from ..polygons import Polygons, as_polygons
 from .comments import comments_of, metadata_in
 from .format import ARRAYS, Format, not_written
@@ -119,12 +117,12 @@ def _polygons(faces: Columns) -> Polygons:
     return Polygons(sizes, corners.astype(np.int64))
 
 
-def write_ply(path: Path, header: Header, frames: Iterable[Frame]) -> list[str]:
+def write_ply(path: Path, header: Header, frames: Frames) -> list[str]:
     """Writes a sequence of PLY files, binary and little-endian."""
-    source = mesh_file_of(header, ".ply")
+    source = mesh_file_of(frames, ".ply")
     further = {} if source is None else _further(read_elements(source)[0])
     kinds = dict.fromkeys("xyz", header.dtype.str[1:])
-    kinds |= {name: _STORED[row.dtype.kind] for name, row in header.attributes.items()}
+    kinds |= {name: _STORED[ATTRIBUTES[name].dtype.kind] for name in header.attributes}
     kinds |= {name: column.dtype.str[1:] for name, column in further.items()}
     columns = [(name, np.dtype(f"<{kind}")) for name, kind in kinds.items()]
     vertices = np.zeros(header.n_vertices, columns)
@@ -152,7 +150,7 @@ def write_ply(path: Path, header: Header, frames: Iterable[Frame]) -> list[str]:
         file.write_bytes(before + vertices.tobytes() + after)
 
     held = {f"vertex.{name}" for name in further}
-    return [*write_frames(path, header, frames, save), *not_written(header, held)]
+    return [*write_frames(path, header, frames, save), *not_written(frames, held)]
 
 
 def _further(elements: dict[str, Columns]) -> dict[str, NDArray[Any]]:

@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 
 from .._checks import native
 from .._errors import InputError, of_library
-from ..frames import FileFrames, Frame, Indices
-from ..header import Header
+from ..frames import FileFrames, Frame, Header, Indices
 from .named import kinds_per_frame, rows_of
 
 longest_header = 10_000

@@ -13,8 +13,7 @@ from .._checks import path_of
 from .._errors import InputError, KindError, naming
 from .._extras import require
 from .._report import listed
-from ..frames import Frames
-from ..header import largest_start
+from ..frames import Frames, largest_start
 from .alembic import alembic
 from .folders import files_in, matching, with_missing
 from .foreign import guarded

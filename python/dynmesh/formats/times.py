@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from .._checks import check_integer, check_number
 from .._errors import InputError, KindError
-from ..header import Header, numbers_of
+from ..frames import Header, numbers_of
 from .folders import has_gaps
 from .names import FrameNames, Number
 

@@ -16,9 +16,7 @@ from numpy.typing import NDArray
 
 from .._errors import InputError, of_library
 from .._extras import require
-from ..frames import FileFrames, Frame, Indices
-from ..header import Header
-from ..origin import Origin
+from ..frames import FileFrames, Frame, Header, Indices, Origin
 from ..polygons import Polygons, split_polygons
 from .format import Format
 from .gltf import check_counts, what_gltf_holds
@@ -54,11 +52,10 @@ class ModelFrames(FileFrames):
             1,
             len(self._points),
             points.dtype,
-            origin=Origin.of(path, triangles, len(self._points), held),
             up_axis=up,
             metres_per_unit=unit,
         )
-        super().__init__(path, header)
+        super().__init__(path, header, origin=Origin.of(path, header, held))
 
     def _frames(self, numbers: Indices) -> Iterator[Frame]:
         for _ in numbers:

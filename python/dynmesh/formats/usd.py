@@ -11,7 +11,6 @@ each with one value per vertex.
 """
 
 import math
-from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -21,9 +20,7 @@ from numpy.typing import NDArray
 
 from .._errors import InputError, naming
 from .._report import listed, some_of
-from ..frames import Frame
-from ..header import Header
-from ..origin import TEXTURE
+from ..frames import TEXTURE, Frame, Frames, Header
 from ..polygons import as_polygons
 from .format import STATED, Format, not_written
 from .output import destination_of, refuse_inputs, seen_from
@@ -50,20 +47,20 @@ class _Stage:
     subdivided, so only the subdivision scheme that a stage states for it is written.
     """
 
-    def __init__(self, path: Path, header: Header) -> None:
-        """Begins a stage at a path."""
-        self.path, self.header = path, header
+    def __init__(self, path: Path, frames: Frames) -> None:
+        """Begins a stage at a path, with frames that are as a format holds them."""
+        self.path, self.header, self._frames = path, frames.header, frames
         self.remarks: list[str] = []
         self._path = path.with_name("frames.usdc")
         self._unsaved = 0
         self._layer: Any = None
         self._stage: Any = None
 
-    def write(self, frames: Iterable[Frame]) -> list[str]:
+    def write(self) -> list[str]:
         """Writes the frames; returns remarks."""
         try:
             self._begin()
-            for number, frame in enumerate(frames):
+            for number, frame in enumerate(self._frames):
                 self._append(number, frame)
             self._finish()
         finally:
@@ -117,16 +114,17 @@ class _Stage:
         stage.SetDefaultPrim(stage.GetPrimAtPath(mesh.GetPath().GetPrefixes()[0]))
         stage.SetStartTimeCode(self._times[0])
         stage.SetEndTimeCode(self._times[-1])
-        scheme = "none" if header.name is None else header.subdivision
+        origin = self._frames.own_origin
+        scheme = "none" if header.name is None else origin and origin.subdivision
         if scheme is not None:
             mesh.CreateSubdivisionSchemeAttr(scheme)
         faces = as_polygons(header.faces, header.polygons)
         mesh.CreateFaceVertexCountsAttr(library_array("IntArray", faces.sizes))
         mesh.CreateFaceVertexIndicesAttr(library_array("IntArray", faces.corners))
-        if header.texture is not None:
+        if (texture := self._frames.texture) is not None:
             kind = pxr("Sdf").ValueTypeNames.TexCoord2fArray
             primvar = geometry.PrimvarsAPI(mesh).CreatePrimvar("st", kind, "faceVarying")
-            primvar.Set(library_array("Vec2fArray", header.texture))
+            primvar.Set(library_array("Vec2fArray", texture))
         return mesh
 
     def _append(self, number: int, frame: Frame) -> None:
@@ -195,12 +193,12 @@ class _Overlay(_Stage):
     both files can be moved together.
     """
 
-    def __init__(self, path: Path, header: Header, frames: UsdFrames) -> None:
+    def __init__(self, path: Path, frames: Frames, original: UsdFrames) -> None:
         """Begins a layer over the scene of which the original frames are."""
-        super().__init__(path, header)
-        assert frames.scene is not None
-        self._scene: UsdScene = frames.scene
-        self._original = frames.mesh
+        super().__init__(path, frames)
+        assert original.scene is not None
+        self._scene: UsdScene = original.scene
+        self._original = original.mesh
 
     def _describe_stage(self) -> None:
         original = self._scene.stage.GetRootLayer().pseudoRoot
@@ -253,24 +251,25 @@ class _Overlay(_Stage):
         )
 
 
-def write_usd(path: Path, header: Header, frames: Iterable[Frame]) -> list[str]:
+def write_usd(path: Path, header: Header, frames: Frames) -> list[str]:  # noqa: ARG001
     """Writes a stage with a mesh alone."""
-    texture = () if header.texture is None else (TEXTURE,)
-    return [*_Stage(path, header).write(frames), *not_written(header, texture)]
+    texture = () if frames.texture is None else (TEXTURE,)
+    return [*_Stage(path, frames).write(), *not_written(frames, texture)]
 
 
-def write_overlay(path: Path, header: Header, frames: Iterable[Frame]) -> list[str]:
+def write_overlay(path: Path, header: Header, frames: Frames) -> list[str]:
     """Writes a layer over the scene of the origin, or the mesh alone if its frames are others."""
-    assert header.origin is not None
-    scene, name = header.origin.path, header.origin.name
+    assert frames.origin is not None
+    scene, name = frames.origin.path, frames.origin.name
     if not scene.exists():  # of frames in memory
         reason = "is no longer there"
     else:
         with naming(scene), UsdFrames(scene, name) as original:
             refuse_inputs(filter(Path.exists, [destination_of(path)]), original.files)
             others = _differences(original.header, header)
+            others += [one for one in frames.origin.changed if one not in others]
             if not others:
-                return _Overlay(path, header, original).write(frames)
+                return _Overlay(path, frames, original).write()
         reason = f"has another {listed(others)}"
     return [f"is the mesh alone, as {scene.name} {reason}", *write_usd(path, header, frames)]
 

@@ -8,10 +8,7 @@ from typing import Any
 import numpy as np
 
 from .._errors import InputError
-from ..attributes import flags_of
-from ..frames import FileFrames, Frame, Indices
-from ..header import Header
-from ..origin import TEXTURE, Origin
+from ..frames import TEXTURE, FileFrames, Frame, Header, Indices, Origin
 from ..polygons import as_polygons, split_polygons
 from .format import choose_mesh, not_read
 from .own_space import of_points
@@ -143,9 +140,10 @@ class UsdFrames(FileFrames):
         self.scene: UsdScene | None = UsdScene(path)
         with of_usd(_TRIED):
             self.mesh = self.scene.mesh(prim)
-            super().__init__(path, self._header(path, self.scene), self.scene.files)
+            header, origin = self._described(path, self.scene)
+            super().__init__(path, header, self.scene.files, origin=origin)
 
-    def _header(self, path: Path, scene: UsdScene) -> Header:
+    def _described(self, path: Path, scene: UsdScene) -> tuple[Header, Origin | None]:
         stage = scene.stage
         self._points = self.mesh.GetPointsAttr()
         self._times = frame_times(self._points)
@@ -165,7 +163,7 @@ class UsdFrames(FileFrames):
         bars = self._primvars.get("standard_error")
         errors = None if bars is None else bars.GetCustomDataByKey(errors_of_key)
         scheme = self.mesh.GetSubdivisionSchemeAttr()
-        return Header(
+        header = Header(
             faces=faces,
             n_frames=len(self._times),
             n_vertices=k,
@@ -175,19 +173,18 @@ class UsdFrames(FileFrames):
             name=name,
             metres_per_unit=metres_per_unit,
             **timing(stage, self._times)._asdict(),
-            **flags_of(self._primvars),
+            attributes=self._primvars,
             standard_error_of="position" if errors is None else errors,
-            origin=Origin.of(
-                path,
-                faces,
-                k,
-                scene.held_beside(self.mesh),
-                name=name,
-                remarks=not_read(moved_by(self.mesh), unknown),
-                subdivision=scheme.Get() if scheme.HasAuthoredValue() else None,
-                texture=texture_of(self.mesh, as_polygons(faces, polygons), k),
-                is_scene=True,
-            ),
+        )
+        return header, Origin.of(
+            path,
+            header,
+            scene.held_beside(self.mesh),
+            name=name,
+            remarks=not_read(moved_by(self.mesh), unknown),
+            subdivision=scheme.Get() if scheme.HasAuthoredValue() else None,
+            texture=texture_of(self.mesh, as_polygons(faces, polygons), k),
+            is_scene=True,
         )
 
     def _frames(self, numbers: Indices) -> Iterator[Frame]:

@@ -4,8 +4,7 @@ Until then, everything is in a hidden folder beside it, in which no other proces
 exception, or if frames are missing, the file does not appear.
 """
 
-from collections.abc import Generator, Iterable
-from contextlib import closing
+from collections.abc import Generator, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -13,15 +12,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._arrays import Positions
+from .._arrays import Positions, as_mask
 from .._checks import check_flags, path_of
 from .._errors import InputError, KindError, locating, naming
 from .._report import OutputReport, Report, counted, listed
-from ..attributes import ATTRIBUTES, as_mask
-from ..computed import whole_first
-from ..frames import Frame, Frames, check_any, checked
-from ..header import Header
-from ..origin import TEXTURE, Origin
+from ..frames import ATTRIBUTES, TEXTURE, Frame, Frames, Header, Origin, check_any, checked
 from .format import STATED, Format, not_written
 from .output import blaming, bytes_of, check_space, identity, making
 from .place import Place
@@ -94,29 +89,28 @@ def write(
         check_flags(provenance=provenance)
     output, kept = (given, []) if format else named_like(frames, given)
     chosen = format_of_output(output, format)
-    header, dropped = _held(chosen, output, frames.header, provenance, frames.wanted)
+    header, dropped = _held(chosen, output, frames, provenance)
     with naming(output):
         place = Place(output, header, chosen, overwrite, kept)
         place.check(frames)
-    save = chosen.overlay if _is_layer(chosen, output, header.origin) else chosen.write
+    save = chosen.overlay if _is_layer(chosen, output, frames.origin) else chosen.write
     assert save is not None
     with (
-        whole_first(),
         naming(output),
         blaming(output, place.made),
         making(place.made, is_folder=place.is_folder) as folder,
     ):
         check_space(folder, bytes_of(header))
         place.refuse_existing()  # those that a killed process had put aside are back
-        with closing(_prepared(frames, header, chosen, output)) as prepared:
+        with _Prepared(frames, header, chosen, output) as prepared:
             remarks = save(folder / place.name, header, prepared)
             if remarks is None:
-                remarks = not_written(header, _texture(chosen, header))
+                remarks = not_written(frames, _texture(chosen, frames))
             for _ in prepared:
                 raise InputError(f"format {chosen.name} has not written all of the frames")
         place.refuse_existing()
         removed = place.fill(folder)
-    report = getattr(frames, "report", None)
+    report: Report | None = frames.report
     return Written(
         output=given,
         frames=header.n_frames,
@@ -126,7 +120,7 @@ def write(
         reason="" if report is None else report.reason,
         remarks=(
             *(() if report is None else report.remarks),
-            *header.remarks,
+            *frames.remarks,
             *dropped,
             *remarks,
             *removed,
@@ -150,27 +144,31 @@ def _is_layer(chosen: Format, output: Path, origin: Origin | None) -> bool:
     return origin.is_below and chosen.overlay is not None
 
 
-def _texture(chosen: Format, header: Header) -> list[str]:
+def _texture(chosen: Format, frames: Frames) -> list[str]:
     """What of the mesh file is held by texture coordinates alone."""
-    return [TEXTURE] if "texture" in chosen.keeps and header.texture is not None else []
+    return [TEXTURE] if "texture" in chosen.keeps and frames.texture is not None else []
 
 
 def _held(
-    chosen: Format, path: Path, header: Header, provenance: bool | None, wanted: Iterable[str]
+    chosen: Format, path: Path, frames: Frames, provenance: bool | None
 ) -> tuple[Header, list[str]]:
     """The header without attributes of vertices that are not written, and remarks on what is lost.
 
-    Attributes that are `wanted` must be held.
+    Attributes that are wanted must be held.
     """
+    header, origin = frames.header, frames.own_origin
     if provenance and not header.has_provenance:
         raise InputError("is of frames that have none", argument="provenance", value=True)
-    lost = [STATED[name] for name in STATED if name in {*header.stated} - chosen.keeps]
-    bare = replace(header, has_provenance=False, has_standard_error=False)
+    stated = {*header.stated}
+    if origin is not None and origin.subdivision not in (None, "none"):
+        stated.add("subdivision")
+    lost = [STATED[name] for name in STATED if name in stated - chosen.keeps]
+    bare = replace(header, attributes=[n for n in header.attributes if n == "known"])
     consequence = ""
     if provenance is False and not header.has_standard_error:
         header = bare
     elif header.has_provenance and "provenance" not in chosen.keeps:
-        for name in [*(["generation"] if provenance else []), *wanted]:
+        for name in [*(["generation"] if provenance else []), *frames.wanted]:
             able = (
                 format
                 for format in all_formats().values()
@@ -181,14 +179,28 @@ def _held(
                 f"{listed(format.suffixes[0] for format in able)} can",
                 file=path,
             )
-        dropped = {row.what for row in header.attributes.values()}
-        lost += sorted(dropped - {row.what for row in bare.attributes.values()})
+        lost += sorted({ATTRIBUTES[n].what for n in {*header.attributes} - {*bare.attributes}})
         consequence = "; what was estimated counts as observed there"
         header = bare
     if not lost:
         return header, []
     remark = f"not written, as format {chosen.name} cannot hold it: {', '.join(lost)}"
     return header, [remark + consequence]
+
+
+class _Prepared(Frames):
+    """Frames as a format holds them; the errors are those of :func:`checked`."""
+
+    def __init__(self, frames: Frames, header: Header, chosen: Format, path: Path) -> None:
+        self.header, self.faces, self.fps = header, header.faces, header.fps
+        self.path, self.files, self.origin = frames.path, frames.files, frames.origin
+        self._each = _prepared(frames, header, chosen, path)
+
+    def __iter__(self) -> Iterator[Frame]:
+        return self._each
+
+    def _close(self) -> None:
+        self._each.close()
 
 
 def _prepared(

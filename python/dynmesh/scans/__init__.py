@@ -4,7 +4,7 @@ from ..scan import DepthScan, PointScan, Scan
 from .cameras import Rig, ScanCamera, read_cameras, write_cameras
 from .point_files import read_points, write_ply
 from .reader import ScanReader, open_scans, unit_of_scans
-from .writer import scan_folder
+from .writer import ScanRun, scan_folder
 
 __all__ = [
     "DepthScan",
@@ -13,6 +13,7 @@ __all__ = [
     "Scan",
     "ScanCamera",
     "ScanReader",
+    "ScanRun",
     "open_scans",
     "read_cameras",
     "read_points",

@@ -4,10 +4,13 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from itertools import count
 from pathlib import Path
+from typing import Self
 
 from .._arrays import plain
+from .._checks import path_of
 from .._errors import InputError
-from ..formats import all_formats
+from .._report import OutputReport
+from ..formats import PathLike, all_formats
 from ..formats.names import Number
 from ..formats.output import new_folder
 from ..scan import PointScan, Scan
@@ -15,6 +18,50 @@ from .cameras import Rig, write_cameras
 from .depth_files import SUFFIX, write_depth
 from .point_files import write_ply
 from .reader import CAMERAS
+
+
+class ScanRun:
+    """Scans that are made while they are gone through, once: what a verb makes.
+
+    Attributes:
+        n_frames: number of scans.
+    """
+
+    def __init__(
+        self,
+        n_frames: int,
+        scans: Iterable[Scan],
+        save: Callable[[Path, bool, Iterator[Scan]], OutputReport],
+    ) -> None:
+        """Takes the scans, and what writes them to a path and may replace what is there."""
+        self.n_frames, self._scans, self._save = n_frames, iter(scans), save
+        self._has_begun = False
+        self.closing: Callable[[], object] = lambda: None
+
+    def __len__(self) -> int:
+        return self.n_frames
+
+    def __iter__(self) -> Iterator[Scan]:
+        if self._has_begun:
+            raise InputError("its scans were gone through, which is possible once")
+        self._has_begun = True
+        return self._scans
+
+    def write(self, path: PathLike, *, overwrite: bool = True) -> OutputReport:
+        """Writes the scans to a folder, or the only one of them to a file.
+
+        Raises:
+            FileExistsError: there is one, and `overwrite` is not set.
+            OSError, ValueError: it cannot be written, or the scans were gone through before.
+        """
+        return self._save(path_of("path", path), overwrite, iter(self))
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.closing()
+
 
 _OURS = ("frame_*.ply", f"depth_*{SUFFIX}", CAMERAS)
 

@@ -17,6 +17,8 @@ from ._hand import count
 from ._heart import beat
 from ._waves import waves
 
+__all__ = ["Name", "beetle", "bust", "cloth", "hand", "heart", "ocean", "sequence", "walker"]
+
 
 def ocean(frames: int = 1500, *, grid: int = 50, seed: int = 0, fps: float = 30.0) -> Sequence:
     """Return a choppy sea (Tessendorf 2001) of `grid` by `grid` vertices, z up, in metres.

@@ -15,12 +15,14 @@ from numpy.typing import NDArray
 
 from .. import formats
 from .._arrays import Floats, Positions
+from .._checks import path_of
 from .._errors import InputError
 from .._report import Report
 from ..alignment import find_alignment
 from ..completion.start import template_of
+from ..draw.rig_page import rig_page
 from ..formats import PathLike
-from ..scans import DepthScan, Rig, open_scans
+from ..scans import DepthScan, Rig, open_scans, write_cameras
 from ..scans.reader import DepthReader
 from .background import Background
 from .corrections import LEAST, MEASURED, wrong_camera
@@ -110,8 +112,9 @@ class RigReport(Report):
         rig: the cameras if they fit, or corrected ones; None if no correction is known.
         wrong: what is wrong with them, in a sentence, if it is known.
         meant: how the scan lies on the template then.
-        output: the corrected file that was written, or None.
-        page: the page that was written, or None.
+        path: of the scans.
+        files: those in which the cameras are stated.
+        output: the file with the corrected cameras that was written, or None.
     """
 
     scan: DepthScan = field(repr=False)
@@ -122,17 +125,38 @@ class RigReport(Report):
     rig: Rig | None = field(default=None, repr=False)
     wrong: str = ""
     meant: Fit | None = None
+    path: Path = field(default=Path("scans"), repr=False)
+    files: tuple[Path, ...] = field(default=(), repr=False)
     output: Path | None = None
-    page: Path | None = None
 
     def lines(self) -> list[str]:
-        """Says what was found, and what was written."""
-        messages = [self.told]
-        if self.output is not None:
-            messages.append(f"the {'corrected' if self.wrong else 'same'} cameras are written")
-        if self.page is not None:
-            messages.append(f"open {self.page} in a browser")
-        return [*messages, *self.remarks]
+        """Says what was found."""
+        kind = "corrected" if self.wrong else "same"
+        written = [] if self.output is None else [f"the {kind} cameras are written"]
+        return [self.told, *written, *self.remarks]
+
+    def write_cameras(self, path: PathLike) -> None:
+        """Writes a JSON file with the corrected cameras.
+
+        Raises:
+            ValueError: no correction is known.
+            OSError: it cannot be written.
+        """
+        if self.rig is None:
+            raise InputError("no correction of the cameras is known")
+        write_cameras(path_of("path", path), self.rig)
+
+    def page(self, path: PathLike) -> None:
+        """Writes an HTML file that shows the cameras, what they see, and the template."""
+        shown = rig_page(
+            self.scan,
+            self.template,
+            up=self.up,
+            title=f"{self.path.name}, the first scan",
+            told=self.told,
+            names=self.names,
+        )
+        path_of("path", path).write_text(shown, encoding="utf-8")
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -3,7 +3,7 @@
 import contextlib
 from collections.abc import Generator, Iterator
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -16,12 +16,13 @@ from ..completer import Completer
 from ..completion.passes import SequenceSettings, Tally, completed_frames, verdict, with_implied
 from ..completion.start import Start, StartFrame, check_start, open_with_template, start_in
 from ..completion.training import Training, TrainingFrames
-from ..computed import ComputedFrames
 from ..diagnosis.finding import percent
-from ..formats import PathLike
+from ..formats import OneSequence, PathLike
 from ..formats.masks import MaskedFrames
 from ..formats.times import index_of
-from ..frames import Frame, Frames
+from ..frames import Frame, Frames, Run
+from ..polygons import Faces
+from ..sequence import result_of
 
 _FEW = 0.2
 """A separate mask that knows a smaller share in most frames may be inverted."""
@@ -112,7 +113,8 @@ class CompletionReport(Report):
 
 
 def complete(
-    sequence: PathLike | Frames,
+    sequence: OneSequence,
+    faces: Faces | None = None,
     *,
     start: Input[Start] = "auto",
     template: Input[PathLike | None] = None,
@@ -125,8 +127,8 @@ def complete(
     threads: Method[int] = 1,
     uncertainty: Method[bool] = False,
     drop_above: Method[float | None] = None,
-    progress: bool = False,
-) -> ComputedFrames[CompletionReport]:
+    progress: bool | None = None,
+) -> Run[CompletionReport] | Any:
     """Completes a sequence, from a whole frame backwards and forwards.
 
     No frame need be whole: if none is, completion starts at the one with most vertices. Vertices
@@ -136,8 +138,9 @@ def complete(
     appears under its name when it is complete.
 
     Args:
-        sequence: the incomplete sequence: a file, or frames; what was estimated in those that were
-            completed before is estimated again.
+        sequence: the incomplete sequence: a file, frames, a sequence in memory, positions (n, k, 3)
+            or meshes; what was estimated in those that were completed before is estimated again.
+        faces: of positions alone.
         start: the frame from which completion starts: "auto", the first without missing vertices,
             else the best; "best", which knows most vertices; or the number of a frame.
         template: a whole mesh, from which completion starts instead; it stands before frame 0, and
@@ -159,11 +162,13 @@ def complete(
             hold; `bidirectional` estimates it, too.
         drop_above: leave vertices missing whose standard error exceeds this distance, in the unit
             of the positions.
-        progress: whether to show on standard error how far it is.
+        progress: whether to show on standard error how far it is; None for what takes long, in a
+            terminal.
 
     Returns:
-        The completed frames, which are made when they are gone through, each time anew, with the
-        generation and age of their vertices. Then they have a report.
+        The completed frames with the generation and age of their vertices, and what was done as
+        their `report`: a :class:`dynmesh.Sequence` of frames in memory; of others, a
+        :class:`dynmesh.frames.Run`, whose frames are made when they are gone through.
 
     Raises:
         OSError, ImportError, TypeError, ValueError: a file cannot be read, an argument is refused,
@@ -184,19 +189,20 @@ def complete(
     settings = with_implied(given, trained=training is not None)
     Completer([[0, 1, 2]], np.eye(3), **settings)  # which refuses settings before any work is done
     with contextlib.ExitStack() as stack:
-        source, first = stack.enter_context(open_with_template(sequence, template))
+        source, first = stack.enter_context(open_with_template(sequence, template, faces))
         if isinstance(start, int | np.integer):
             with naming(source.path):
                 index_of(source.header, start, "start")
         learnt = Training(training, source, progress)
+        more = ["known"] * (drop_above is not None)
+        more += ["standard_error"] * (uncertainty or bidirectional)
         header = replace(
             source.header,
-            has_known=drop_above is not None,
-            has_provenance=True,
-            has_standard_error=uncertainty or bidirectional,
+            polygons=source.header.polygons if first is None else first.polygons,
+            attributes=["generation", "age", *more],
             standard_error_of="position",
-            origin=None if source.header.origin is None else source.header.origin.below(),
         )
+        origin = source.origin if first is None else first.origin
 
         def make() -> Generator[Frame, None, CompletionReport]:
             with naming(source.path):
@@ -209,14 +215,16 @@ def complete(
                 tally = yield from result
             return _report(source, whole, tally, is_trained=bool(learnt))
 
-        return ComputedFrames(
+        run: Run[CompletionReport] = Run(
             header,
             make,
             source,
+            origin=None if origin is None else origin.below(),
             files=[*(first.files if first else ()), *learnt.files],
             wanted=["standard_error"] if uncertainty else [],
             close=stack.pop_all().close,
         )
+    return result_of(run, source)
 
 
 def _report(

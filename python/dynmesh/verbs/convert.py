@@ -1,8 +1,9 @@
 """Conversion of sequences: other formats, frames, axes, units and rates."""
 
 import contextlib
+import os
 from collections import Counter
-from collections.abc import Generator
+from collections.abc import Generator, Iterator
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
@@ -11,30 +12,32 @@ from typing import Any
 import numpy as np
 
 from .. import formats
+from .._checks import path_of
 from .._errors import InputError, naming, numbering
 from .._options import Input, Method
 from .._progress import tracked
 from .._report import Report
-from ..computed import ComputedFrames, report_of
-from ..formats import PathLike, Written
+from ..formats import OneSequence, Written
 from ..formats.conversion import Changes, Unit
 from ..formats.folders import files_in, find_files
 from ..formats.format import Gaps
 from ..formats.output import new_folder, new_output, refuse_inputs
 from ..formats.ply import read_elements
-from ..frames import Frame, Frames
-from ..header import Axis, Header
-from ..scans import PointScan, read_points, write_ply
+from ..frames import Axis, Frame, Header, Run
+from ..polygons import Faces
+from ..scans import PointScan, ScanRun, read_points, write_ply
 from ..scans.point_files import point_formats
 from ..scans.reader import CAMERAS
 from ..scans.writer import check_name_of_folder
+from ..sequence import result_of
 
 _OF_CLOUDS = ("up", "unit", "to_up", "to_unit", "scale")
 """What can be changed of point clouds."""
 
 
 def convert(
-    sequence: PathLike | Frames,
+    sequence: OneSequence,
+    faces: Faces | None = None,
     *,
     frames: Input[slice | range | None] = None,
     up: Input[Axis | None] = None,
@@ -43,8 +46,8 @@ def convert(
     to_unit: Method[Unit | None] = None,
     scale: Method[float | None] = None,
     fps: Method[float | None] = None,
-    progress: bool = False,
-) -> ComputedFrames[Report]:
+    progress: bool | None = None,
+) -> Run[Report] | Any:
     """Changes the format of a sequence, its frames, axes, units or rate.
 
     Points are turned and scaled by `to_up`, `to_unit` and `scale` alone. docs/formats.md says what
@@ -52,7 +55,8 @@ def convert(
     of a folder keep their names.
 
     Args:
-        sequence: a file, or frames.
+        sequence: a file, frames, a sequence in memory, positions (n, k, 3) or meshes.
+        faces: of positions alone.
         frames: from the number of the first frame to that after the last one, such as 1001:1050;
             the frames keep their numbers.
         up: the up axis of a file that states none.
@@ -62,18 +66,27 @@ def convert(
         to_unit: scale the points to this unit.
         scale: multiply the points by this.
         fps: frames per second; the frames stay as they are.
-        progress: whether to show on standard error how far it is.
+        progress: whether to show on standard error how far it is; None for what takes long, in a
+            terminal.
 
     Returns:
-        The converted frames, which are made when they are gone through.
+        The converted frames: a :class:`dynmesh.Sequence` of frames in memory; of others, a
+        :class:`dynmesh.frames.Run`, whose frames are made when they are gone through. Of point
+        clouds, a :class:`dynmesh.scans.ScanRun`.
 
     Raises:
         OSError, ImportError, TypeError, ValueError: a file cannot be read, it states another axis
             or unit, or one is needed that nothing states.
     """
-    changes = Changes(frames, up, unit, to_up, to_unit, scale, fps)
+    given: dict[str, Any] = {"frames": frames, "up": up, "unit": unit, "to_up": to_up}
+    given |= {"to_unit": to_unit, "scale": scale, "fps": fps}
+    changes = Changes(**given)
+    if isinstance(sequence, str | os.PathLike):
+        clouds = convert_clouds(path_of("sequence", sequence), progress=progress, **given)
+        if clouds is not None:
+            return clouds
     with contextlib.ExitStack() as stack:
-        source = stack.enter_context(formats.opened(sequence))
+        source = stack.enter_context(formats.opened(sequence, shared={"faces": faces}))
         with naming(source.path):
             conversion, indices = changes.of(source.header)
 
@@ -81,67 +94,73 @@ def convert(
             chosen = source.frames(indices.start, indices.stop, indices.step)
             with numbering(source.path, source.header.number), closing(chosen):
                 yield from conversion.frames(tracked(chosen, len(indices), "converting", progress))
-            return replace(report_of(source), remarks=())
+            before: Report | None = source.report
+            return Report() if before is None else replace(before, remarks=())
 
-        return ComputedFrames(conversion.header, make, source, close=stack.pop_all().close)
+        origin = source.origin
+        if origin is not None and conversion.changed:
+            origin = origin.after(conversion.changed)
+        close = stack.pop_all().close
+        run: Run[Report] = Run(conversion.header, make, source, origin=origin, close=close)
+    return result_of(run, source)
 
 
 def convert_clouds(
-    path: Path,
-    output: Path,
-    *,
-    gaps: Gaps = "refuse",
-    output_format: str | None = None,
-    overwrite: bool = False,
-    progress: bool = False,
-    **given: Any,
-) -> Written | None:
-    """Writes point clouds with other axes or units; None if a path is not of point clouds.
+    path: Path, gaps: Gaps = "refuse", progress: bool | None = None, **given: Any
+) -> ScanRun | None:
+    """Point clouds with other axes or units; None if a path is not of point clouds.
 
-    The keywords are those of :func:`dynmesh.open`, :func:`convert` and :func:`dynmesh.write`.
+    The keywords are those of :func:`convert`.
     """
     clouds = _clouds_in(path, gaps)
     if not clouds:
         return None
     for name, value in given.items():
-        if name not in _OF_CLOUDS:
+        if name not in _OF_CLOUDS and value is not None:
             message = "is for sequences, not for point clouds"
             raise InputError(message, argument=name, value=value)
-    if output_format not in (None, "ply"):
-        message = f"must be ply for point clouds, not {output_format}"
-        raise InputError(message, argument="output_format", value=output_format)
-    changes = Changes(**given)
-    if path in clouds:
-        with new_output(output, overwrite, ".ply", inputs=clouds) as file:
-            n_points = _convert_cloud(path, file, changes)
-    else:
-        n_points = _convert_folder(clouds, output, changes, overwrite, progress)
-    has_cameras = ((path if path.is_dir() else path.parent) / CAMERAS).exists()
-    remark = f"{CAMERAS} is not written; that of the scans holds for their unit and axes only"
-    return Written(
-        output=output,
-        frames=len(clouds),
-        vertices=n_points // len(clouds),
-        remarks=(remark,) if has_cameras else (),
-    )
+    changes, headers = Changes(**given), list[Header]()
+
+    def converted() -> Iterator[PointScan]:
+        for cloud in clouds:
+            scan, header = _converted(cloud, changes)
+            headers.append(header)
+            yield scan
+
+    def save(output: Path, overwrite: bool, scans: Iterator[Any]) -> Written:
+        if path in clouds:
+            with new_output(output, overwrite, ".ply", inputs=clouds) as file:
+                n_points = _write(file, next(scans), headers[-1])
+        else:
+            check_name_of_folder(output)
+            names = [f"{file.stem}.ply" for file in clouds]
+            if twice := next((name for name, n in Counter(names).items() if n > 1), None):
+                message = f"several would be {twice}; convert each folder on its own"
+                raise InputError(message, file=output)
+            refuse_inputs(output.glob("*"), clouds)
+            with new_folder(output, overwrite, lambda file: file.name in names) as hidden:
+                each = tracked(zip(names, scans, strict=True), len(clouds), "converting", progress)
+                n_points = sum(_write(hidden / name, scan, headers[-1]) for name, scan in each)
+        has_cameras = ((path if path.is_dir() else path.parent) / CAMERAS).exists()
+        remark = f"{CAMERAS} is not written; that of the scans holds for their unit and axes only"
+        return Written(
+            output=output,
+            frames=len(clouds),
+            vertices=n_points // len(clouds),
+            remarks=(remark,) if has_cameras else (),
+        )
+
+    return ScanRun(len(clouds), converted(), save)
 
 
-def _convert_folder(
-    clouds: list[Path], output: Path, changes: Changes, overwrite: bool, progress: bool
-) -> int:
-    """Writes a folder of point clouds; returns how many points they have."""
-    check_name_of_folder(output)
-    names = [f"{file.stem}.ply" for file in clouds]
-    if twice := next((name for name, count in Counter(names).items() if count > 1), None):
-        raise InputError(f"several would be {twice}; convert each folder on its own", file=output)
-    refuse_inputs(output.glob("*"), clouds)
-    with new_folder(output, overwrite, lambda file: file.name in names) as hidden:
-        each = tracked(zip(clouds, names, strict=True), len(clouds), "converting", progress)
-        return sum(_convert_cloud(cloud, hidden / name, changes) for cloud, name in each)
-
-
-def _convert_cloud(path: Path, output: Path, changes: Changes) -> int:
+def _write(file: Path, scan: PointScan, header: Header) -> int:
     """Writes a point cloud; returns how many points it has."""
+    write_ply(file, scan, header.metres_per_unit, header.up_axis)
+    return len(scan.points)
+
+
+def _converted(path: Path, changes: Changes) -> tuple[PointScan, Header]:
+    """The points of a file with other axes or units, and what is said of them."""
     with formats.naming(path):
         scan, said = read_points(path)
         size, no_faces = len(scan.points), np.zeros((0, 3), np.int64)
@@ -149,9 +168,7 @@ def _convert_cloud(path: Path, output: Path, changes: Changes) -> int:
         points, normals = conversion.moved(scan.points), scan.normals
     if normals is not None:
         normals = np.asarray(normals @ conversion.turn.T, normals.dtype)
-    header = conversion.header
-    write_ply(output, PointScan(points, normals, None), header.metres_per_unit, header.up_axis)
-    return size
+    return PointScan(points, normals, None), conversion.header
 
 
 def _clouds_in(path: Path, gaps: Gaps) -> list[Path]:

@@ -5,25 +5,26 @@ import math
 import re
 from collections.abc import Generator, Iterator, Mapping
 from dataclasses import replace
+from pathlib import Path
 from typing import Any, TypeAlias
 
 from .. import formats
-from .._checks import check_between, check_choice, check_integer, check_not_negative, path_of
+from .._checks import check_between, check_choice, check_integer, check_not_negative
 from .._errors import InputError, numbering
-from .._options import Input, Method, Output
+from .._options import Input, Method
 from .._progress import tracked
 from .._report import OutputReport, Report, counted
-from ..computed import ComputedFrames
-from ..degrade.recordings import Vector, degraded_frames, scanned
-from ..formats import PathLike, Source
+from ..formats import OneSequence
 from ..formats.names import FrameNames
 from ..formats.output import refuse_inputs
 from ..formats.times import numbers_of_files
-from ..frames import Frame, Frames, frame_at
+from ..frames import Axis, Frame, Frames, Run, frame_at
 from ..geometry import likely_up, mean_edge_of
-from ..header import Axis
-from ..scans import scan_folder
+from ..losses.recordings import Vector, degraded_frames, scanned
+from ..polygons import Faces
+from ..scans import ScanRun, scan_folder
 from ..scans.depth_files import require_png
+from ..sequence import result_of
 
 Share: TypeAlias = float | str
 """A number between 0 and 1, or a percentage such as "30%"."""
@@ -34,8 +35,8 @@ _POINTS = 20_000
 
 
 def degrade(
-    path: PathLike,
-    output: PathLike,
+    sequence: OneSequence,
+    faces: Faces | None = None,
     *,
     known: Input[Share | None] = None,
     camera: Input[int | None] = None,
@@ -45,23 +46,22 @@ def degrade(
     outliers: Input[Share | None] = None,
     scan: Input[bool] = False,
     depth: Input[str | None] = None,
-    source: Source | None = None,
     cameras: Method[int] = _CAMERAS,
     points: Method[int] = _POINTS,
     up: Method[Axis | None] = None,
     seed: Method[int] = 0,
-    overwrite: Output[bool] = False,
-    progress: bool = False,
-) -> OutputReport:
+    progress: bool | None = None,
+) -> Run[Report] | Any:
     """Removes vertices and adds noise, or makes scans, as real sensors do.
 
     Frame 0 remains complete. Losses can be combined. A share is a number between 0 and 1 or a
     percentage: 0.3 means 30%. Scans are points that belong to no vertex; frame 0 is scanned, too,
-    and `known`, `patches` and `outliers` then apply to the points or pixels.
+    and `known`, `patches` and `outliers` then apply to the points or pixels. Scans are written to a
+    folder.
 
     Args:
-        path: the sequence: a file, a folder, or a pattern such as 'scans/*.ply'.
-        output: the result; of scans, a folder.
+        sequence: the sequence: a file, frames, a sequence in memory, positions (n, k, 3) or meshes.
+        faces: of positions alone.
         known: keep this share of the vertices, at random in every frame.
         camera: the number of circling cameras, at least 1; what they see is kept.
         patches: hide this share under patches, for several frames.
@@ -69,110 +69,19 @@ def degrade(
         noise: add Gaussian noise of this standard deviation, in mean edges of frame 0; scans have
             0.02 unless it is given.
         outliers: move this share of the vertices by 10 mean edges of frame 0.
-        scan: write loose points with normals, as scanners deliver them.
-        depth: write depth images of this size, such as 640x480.
-        source: how to read the file.
+        scan: make loose points with normals, as scanners deliver them.
+        depth: make depth images of this size, such as 640x480.
         cameras: number of cameras around the subject, of scans.
         points: points of a frame, of scans.
         up: the axis that cameras circle around; else, as the file states it, or as it seems.
         seed: equal seeds remove the same vertices: use another one to degrade a file twice.
-        overwrite: whether to replace an existing output.
-        progress: whether to show on standard error how far it is.
-
-    Raises:
-        FileExistsError: the output exists.
-        OSError, ImportError, TypeError, ValueError: a file cannot be read or written, or an
-            argument is refused.
-    """
-    is_scan = scan or depth is not None
-    if is_scan:
-        shares = {"known": known, "patches": patches, "outliers": outliers}
-        asked = {name: _share(name, value) for name, value in shares.items() if value is not None}
-        if noise is not None:
-            check_not_negative("noise", noise)
-        check_integer("cameras", cameras, 1)
-        check_integer("seed", seed, 0)
-        for name, value in (("camera", camera), ("dropout", dropout)):
-            if value is not None:
-                raise InputError("is not for scans", argument=name)
-        size = _size_of(depth, scan)
-        if size is not None:
-            require_png()
-            if points != _POINTS:
-                raise InputError("is not for depth images", argument="points", value=points)
-        folder = path_of("output", output)
-        with formats.open(path, **(source or {})) as reader:
-            refuse_inputs(folder.glob("*"), reader.files)
-            upward, guess = _axis(reader, up)
-            rig, scans = scanned(
-                reader,
-                upward,
-                size=size,
-                cameras=cameras,
-                points=points,
-                noise=_NOISE if noise is None else noise,
-                missing=1 - asked.get("known", 1.0),
-                holes=asked.get("patches", 0.0),
-                outliers=asked.get("outliers", 0.0),
-                seed=seed,
-            )
-            n, names = reader.n_frames, FrameNames(folder, "%05d")
-            numbers = numbers_of_files(reader.header, names)
-            with (
-                numbering(reader.path, reader.header.number),
-                scan_folder(folder, rig, overwrite=overwrite, numbers=numbers) as append,
-            ):
-                measured = 0
-                for result in tracked(scans, n, "scanning", progress):
-                    append(result)
-                    measured += len(result.cloud)
-        what = "points" if size is None else "measured pixels"
-        message = f"{counted(n, 'frame')} of {measured / n:.0f} {what}"
-        message += f" from {counted(cameras, 'camera')}"
-        return OutputReport(output=folder, frames=n, remarks=(message, *guess))
-    if cameras != _CAMERAS:
-        message = "is for scans alone; `camera` is the number of cameras of a loss"
-        raise InputError(message, argument="cameras", value=cameras)
-    if points != _POINTS:
-        raise InputError("is for scans alone", argument="points", value=points)
-    formats.check_format(output, None)
-    with (
-        formats.open(path, **(source or {})) as reader,
-        degraded(
-            reader,
-            known=known,
-            camera=camera,
-            patches=patches,
-            dropout=dropout,
-            noise=noise,
-            outliers=outliers,
-            up=up,
-            seed=seed,
-            progress=progress,
-        ) as frames,
-    ):
-        return formats.write(output, frames, overwrite=overwrite)
-
-
-def degraded(
-    sequence: PathLike | Frames,
-    *,
-    known: Share | None = None,
-    camera: int | None = None,
-    patches: Share | None = None,
-    dropout: Share | None = None,
-    noise: float | None = None,
-    outliers: Share | None = None,
-    up: Axis | None = None,
-    seed: int = 0,
-    progress: bool = False,
-) -> ComputedFrames[Report]:
-    """Removes vertices of a sequence and adds noise, as real sensors do.
-
-    The arguments are those of the command `degrade`, without scans.
+        progress: whether to show on standard error how far it is; None for what takes long, in a
+            terminal.
 
     Returns:
-        The frames, which are made when they are gone through.
+        The frames with masks: a :class:`dynmesh.Sequence` of frames in memory; of others, a
+        :class:`dynmesh.frames.Run`, whose frames are made when they are gone through. Or a
+        :class:`dynmesh.scans.ScanRun` of scans.
 
     Raises:
         OSError, ImportError, TypeError, ValueError: a file cannot be read, or an argument is
@@ -185,21 +94,39 @@ def degraded(
     if noise is not None:
         check_not_negative("noise", noise)
         losses["noise"] = noise
-    for name, least, value in (("camera", 1, camera), ("seed", 0, seed)):
-        if value is not None:
-            check_integer(name, value, least)
+    for name, least, given in (("camera", 1, camera), ("cameras", 1, cameras), ("seed", 0, seed)):
+        if given is not None:
+            check_integer(name, given, least)
     if camera is not None:
         losses["camera"] = camera
-    elif up is not None:
-        raise InputError("is for `camera` and scans alone", argument="up", value=up)
-    if not losses:
-        raise InputError("nothing to do: ask for a loss, noise, outliers, a scan or depth images")
     with contextlib.ExitStack() as stack:
-        source = stack.enter_context(formats.opened(sequence))
+        if scan or depth is not None:
+            for name, value in (("camera", camera), ("dropout", dropout)):
+                if value is not None:
+                    raise InputError("is not for scans", argument=name)
+            size = _size_of(depth, scan)
+            if size is not None:
+                require_png()
+                if points != _POINTS:
+                    raise InputError("is not for depth images", argument="points", value=points)
+            source = stack.enter_context(formats.opened(sequence, shared={"faces": faces}))
+            how = {"size": size, "cameras": cameras, "points": points, "seed": seed}
+            result = _scans(source, losses, up, how, progress)
+            result.closing = stack.pop_all().close
+            return result
+        if cameras != _CAMERAS:
+            message = "is for scans alone; `camera` is the number of cameras of a loss"
+            raise InputError(message, argument="cameras", value=cameras)
+        if points != _POINTS:
+            raise InputError("is for scans alone", argument="points", value=points)
+        if camera is None and up is not None:
+            raise InputError("is for `camera` and scans alone", argument="up", value=up)
+        if not losses:
+            message = "nothing to do: ask for a loss, noise, outliers, a scan or depth images"
+            raise InputError(message)
+        source = stack.enter_context(formats.opened(sequence, shared={"faces": faces}))
         upward, guess = _axis(source, up) if "camera" in losses else ((0.0, 0.0, 1.0), ())
-        header = replace(
-            source.header, has_known=True, has_provenance=False, has_standard_error=False
-        )
+        header = replace(source.header, attributes=["known"])
 
         def make() -> Generator[Frame, None, Report]:
             n_known = 0  # after frame 0
@@ -211,7 +138,48 @@ def degraded(
                     n_known += int(kept.sum()) if number else 0
             return Report(remarks=(*_left(source, n_known, losses), *guess))
 
-        return ComputedFrames(header, make, source, close=stack.pop_all().close)
+        run: Run[Report] = Run(
+            header, make, source, origin=source.origin, close=stack.pop_all().close
+        )
+    return result_of(run, source)
+
+
+def _scans(
+    source: Frames,
+    losses: Mapping[str, Any],
+    up: Axis | None,
+    how: Mapping[str, Any],
+    progress: bool | None,
+) -> ScanRun:
+    """Scans of a sequence, and how they are written."""
+    upward, guess = _axis(source, up)
+    rig, scans = scanned(
+        source,
+        upward,
+        noise=losses.get("noise", _NOISE),
+        missing=1 - losses.get("known", 1.0),
+        holes=losses.get("patches", 0.0),
+        outliers=losses.get("outliers", 0.0),
+        **how,
+    )
+    n = source.n_frames
+
+    def save(folder: Path, overwrite: bool, each: Iterator[Any]) -> OutputReport:
+        refuse_inputs(folder.glob("*"), source.files)
+        numbers, measured = numbers_of_files(source.header, FrameNames(folder, "%05d")), 0
+        with (
+            numbering(source.path, source.header.number),
+            scan_folder(folder, rig, overwrite=overwrite, numbers=numbers) as append,
+        ):
+            for result in tracked(each, n, "scanning", progress):
+                append(result)
+                measured += len(result.cloud)
+        what = "points" if how["size"] is None else "measured pixels"
+        message = f"{counted(n, 'frame')} of {measured / n:.0f} {what}"
+        message += f" from {counted(how['cameras'], 'camera')}"
+        return OutputReport(output=folder, frames=n, remarks=(message, *guess))
+
+    return ScanRun(n, scans, save)
 
 
 def _left(source: Frames, n_known: int, losses: Mapping[str, Any]) -> Iterator[str]:

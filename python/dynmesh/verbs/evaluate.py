@@ -6,27 +6,25 @@ import numpy as np
 
 from .._checks import check_choice
 from .._errors import InputError
-from .._options import Input, Output
+from .._options import Input
 from ..evaluation.report import Evaluation
 from ..evaluation.true_errors import Only, measured, suspicions
 from ..formats import OneSequence, PathLike, Source, opened
 from ..formats.comparison import check_comparable, remarks_of
-from ..formats.output import new_output, output_path
 from ..frames import Frames
+from ..polygons import Faces
 
 
 def evaluate(
     completed: OneSequence,
     reference: OneSequence,
     *,
+    faces: Input[Faces | PathLike | None] = None,
     frames: Input[slice | range | None] = None,
     only: Input[Only] = "all",
     input: Input[OneSequence | None] = None,
-    faces: Input[PathLike | None] = None,
     prim: Input[str | None] = None,
-    csv: Output[PathLike | None] = None,
-    overwrite: Output[bool] = False,
-    progress: bool = False,
+    progress: bool | None = None,
 ) -> Evaluation:
     """Measures the error of a completed sequence, frame by frame.
 
@@ -45,20 +43,18 @@ def evaluate(
             that was completed says, or else the generations of the completed one.
         input: the sequence that was completed; only its missing vertices matter. Without masks,
             they are those that are not finite or at exactly (0, 0, 0).
-        faces: a mesh file that provides the faces of those of the files that hold none.
+        faces: of positions alone; or a mesh file that provides the faces of those of the files that
+            hold none.
         prim: the path of the mesh in those of the files that hold several (USD, Alembic).
-        csv: a file to write with a row for each frame.
-        overwrite: whether to replace it if it exists.
         progress: whether to show on standard error how far it is.
 
     Raises:
-        OSError, ImportError, TypeError: a file cannot be read or written.
+        OSError, ImportError, TypeError: a file cannot be read.
         ValueError: the sequences do not have the same mesh and number of frames, no frame is to be
             measured, a position is missing or not finite, or nothing says which vertices were
             missing.
     """
     check_choice("only", only, Only)
-    table = output_path("csv", csv, overwrite, ".csv")
     source: Source = {"faces": faces, "prim": prim}
     with contextlib.ExitStack() as stack:
         ours, truth = (
@@ -81,7 +77,7 @@ def evaluate(
     mean, rms, p99 = np.mean(
         [(errors.mean, errors.rms, errors.p99) for errors in counted], axis=0
     ).tolist()
-    result = Evaluation(
+    return Evaluation(
         nmsve=float(np.mean([errors.nmsve for errors in each])),
         mean=mean,
         rms=rms,
@@ -93,7 +89,3 @@ def evaluate(
         each=tuple(each),
         remarks=remarks,
     )
-    if table is not None:
-        with new_output(table, overwrite, ".csv") as hidden:
-            result.write_csv(hidden)
-    return result

@@ -1,17 +1,19 @@
 """What a sequence is, and what is wrong with it."""
 
+import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from textwrap import wrap
 from typing import Any
 
 from .. import formats
-from .._options import Output
+from .._options import Input, Output
 from .._report import Quality, Report, some_of
 from ..diagnosis import Diagnosis, diagnose
-from ..formats import PathLike, Source
+from ..formats import OneSequence, Source
 from ..formats.times import spacing
 from ..frames import Frames
+from ..polygons import Faces
 
 _WIDTH = 80  # of findings, which are long
 _MOST_NAMES = 5
@@ -77,11 +79,12 @@ class InfoReport(Report):
 
 
 def info(
-    sequence: PathLike | Frames,
+    sequence: OneSequence,
     *,
+    faces: Input[Faces | None] = None,
     source: Source | None = None,
     strict: Output[bool] = False,
-    progress: bool = False,
+    progress: bool | None = None,
 ) -> InfoReport:
     """Describes a sequence, and reports problems of its mesh and motion.
 
@@ -92,6 +95,7 @@ def info(
 
     Args:
         sequence: a file, a folder, a pattern such as 'scans/*.ply', or frames.
+        faces: of positions alone.
         source: how to read the file.
         strict: whether an error or a warning makes the command fail.
         progress: whether to show on standard error how far it is.
@@ -102,18 +106,18 @@ def info(
     """
     source = source or {}
     name, meshes = "memory", dict[str, bool]()
-    if not isinstance(sequence, Frames):
+    if isinstance(sequence, str | os.PathLike):
         name = formats.format_of(sequence, source.get("format")).name
         meshes = dict(formats.meshes_of(sequence, source.get("format")))
     several = meshes if len(meshes) > 1 and source.get("prim") is None else {}
     if several and sum(several.values()) != 1 and not strict:
         message = ("`prim` describes one of them, by its path",)
         return InfoReport(format=name, meshes=several, remarks=message)
-    with formats.opened(sequence, **source) as reader:
+    with formats.opened(sequence, shared={"faces": faces}, **source) as reader:
         diagnosis = diagnose(reader, progress=progress)
         files, others = _files_of(reader)
+        remarks = reader.remarks
     quality: Quality = "failed" if strict and diagnosis.findings else "good"
-    remarks = diagnosis.header.remarks
     return InfoReport(
         quality=quality,
         format=name,

@@ -7,11 +7,10 @@ from .._checks import check_integer
 from .._options import Input, Method, Output
 from ..draw.picture import drawn, evenly_spaced
 from ..draw.quantities import Alone
-from ..formats import OneSequence, PathLike, Source
+from ..formats import OneSequence, Source
 from ..formats.comparison import remarks_of
-from ..formats.output import new_output, output_path
 from ..formats.times import index_of
-from ..header import Axis
+from ..frames import Axis
 from .view import opened_together
 
 if TYPE_CHECKING:
@@ -20,7 +19,6 @@ if TYPE_CHECKING:
 
 def picture(
     sequence: OneSequence,
-    out: Output[PathLike | None] = None,
     *,
     frames: Input[float | Iterable[float] | None] = None,
     count: Input[int] = 6,
@@ -31,16 +29,15 @@ def picture(
     up: Method[Axis | None] = None,
     azimuth: Method[float] = 60.0,
     size: Output[int] = 480,
-    overwrite: Output[bool] = False,
-    progress: bool = False,
+    progress: bool | None = None,
 ) -> "Image.Image":
     """Draws frames of a sequence: one, or a contact sheet of several.
 
-    In a notebook, a picture shows itself. Its `info` has the remarks that commands print.
+    In a notebook, a picture shows itself; its `save` writes it to a file. Its `info` has the
+    remarks that commands print.
 
     Args:
         sequence: the sequence.
-        out: the PNG file to write; without it, Python returns the picture alone.
         frames: the number of a frame, or of several; else, `count` frames, evenly spaced.
         count: the number of frames, at most.
         reference: the true sequence; colours then show the error.
@@ -51,15 +48,12 @@ def picture(
         up: the up axis; else, as a file states it, or a guess.
         azimuth: the viewing angle around the up axis, in degrees.
         size: pixels of a frame, each way.
-        overwrite: whether to replace an existing file.
         progress: whether to show on standard error how far it is.
 
     Raises:
-        FileExistsError: `out` exists.
-        OSError, ImportError, TypeError, ValueError: a file cannot be read or written, an extra is
+        OSError, ImportError, TypeError, ValueError: a file cannot be read, an extra is
             not installed, there is no such frame, or an argument is refused.
     """
-    output = output_path("out", out, overwrite, ".png")
     check_integer("size", size, 16)
     check_integer("count", count, 1)
     with opened_together(sequence, reference, None, source or {}) as (own, truth, _):
@@ -80,7 +74,4 @@ def picture(
             progress=progress,
         )
         result.info["remarks"] = remarks_of(own, truth)
-    if output is not None:
-        with new_output(output, overwrite, ".png") as hidden:
-            result.save(hidden)
     return result

@@ -1,32 +1,32 @@
 """Registration of a template with the file of a scan."""
 
 import contextlib
-from collections.abc import Generator
+import os
+from collections.abc import Callable, Generator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, overload
 
 import numpy as np
 
-from .. import _core, formats
+from .. import _core, formats, registration
 from .._arrays import Positions
 from .._checks import check_integer, path_of
 from .._errors import InputError
-from .._options import Input, Method, Output
+from .._options import Input, Method
 from .._progress import steps
 from .._report import Report, as_json
-from ..arrays import ArrayFrames
 from ..completion.start import template_of
-from ..computed import ComputedFrames
-from ..draw.page import Page, require_page
+from ..draw.page import Page
 from ..draw.page import page as scan_page
 from ..formats import PathLike
-from ..formats.output import written_beside
-from ..frames import Frame, Frames
+from ..frames import Frame, Frames, Run
 from ..geometry import size_of
-from ..registration import Landmarks, Registration, register
+from ..polygons import Faces, Mesh
+from ..registration import Landmarks, Registration
 from ..scan import PointScan, Scan, inside_out
 from ..scans import ScanReader
+from ..sequence import Sequence
 from ..tracking.background import Background, Crop
 from ..tracking.landmarks import exchanged, read_landmarks
 from ..tracking.single_scan import open_single
@@ -45,11 +45,10 @@ class RegisterReport(Report):
     Attributes:
         quality: that of the registration.
         registration: the result.
-        page: the page that was written, or None.
     """
 
     registration: Registration = field(repr=False)
-    page: Path | None = None
+    _show: Callable[[], Page] = field(repr=False)
 
     def lines(self) -> list[str]:
         """Says how well the scan fits."""
@@ -59,9 +58,16 @@ class RegisterReport(Report):
             f"{100 * result.observed.mean():.3g} % of the vertices were seen"
         )
         messages = [self.reason or good]
-        if self.page is not None:
-            messages.append(f"open {self.page} in a browser")
         return [*messages, *self.remarks]
+
+    def page(self, path: PathLike) -> None:
+        """Writes an HTML file with the scan and the result, coloured by the distance to points.
+
+        Raises:
+            ImportError: the extra `view` is not installed.
+            OSError: it cannot be written.
+        """
+        path_of("path", path).write_text(self._show().html, encoding="utf-8")
 
     def to_dict(self) -> dict[str, Any]:
         """Returns how well the scan fits as values that JSON has."""
@@ -85,10 +91,8 @@ def registered(
     align: Method[bool] = True,
     scale: Method[bool] = False,
     threads: Method[int] = 1,
-    page: Output[PathLike | None] = None,
-    overwrite: Output[bool] = False,
-    progress: bool = False,
-) -> ComputedFrames[RegisterReport]:
+    progress: bool | None = None,
+) -> Run[RegisterReport]:
     """Registers a mesh with a scan: the same mesh, in the pose and the shape of the scan.
 
     Args:
@@ -108,18 +112,15 @@ def registered(
         scale: whether the template may have another size than what was scanned, as in another unit.
         threads: the number of threads that may work; more than one helps from about 2 000
             vertices or points on.
-        page: an HTML file to write with the scan and the result, coloured by the distance from the
-            nearest point.
-        overwrite: whether to replace an existing page.
         progress: whether to show on standard error how far it is.
 
     Returns:
-        One frame, the registered mesh in the unit of the scan, which is made when it is read.
+        One frame, the registered mesh in the unit of the scan, which is made when it is read. Then
+        there is a report, whose :meth:`~dynmesh.verbs.register.RegisterReport.page` shows it.
 
     Raises:
-        FileExistsError: the page exists.
-        OSError, ImportError, TypeError, ValueError: a file cannot be read or written, or an
-            argument is refused.
+        OSError, ImportError, TypeError, ValueError: a file cannot be read, or an argument is
+            refused.
     """
     template, scan = path_of("template", template), path_of("scan", scan)
     room = Background(crop, remove_planes)
@@ -131,9 +132,6 @@ def registered(
         raise InputError(message, argument="remove_planes", value=True)
     check_integer("threads", threads, 1, 256)
     marked = [] if landmarks is None else [path_of("landmarks", landmarks)]
-    shown_on = None if page is None else path_of("page", page)
-    if shown_on is not None:
-        require_page(scans=True)
     reader = open_single(scan, cameras)
     marks = read_landmarks(marked[0]) if marked else None
     with contextlib.ExitStack() as stack:
@@ -149,7 +147,7 @@ def registered(
         def fit(left: Scan) -> Registration:
             try:
                 with steps("registering", progress):
-                    return register(
+                    return registration.register(
                         mesh.faces,
                         first,
                         left,
@@ -191,12 +189,8 @@ def registered(
                 reason=reason,
                 remarks=(*filter(None, [remark, room.remark]), *reader.lost),
                 registration=result,
-                page=shown_on,
+                _show=lambda: _page(result, mesh, reader),
             )
-
-        def show(file: Path, report: RegisterReport) -> None:
-            shown = _page(report.registration, mesh, reader)
-            file.write_text(shown.html, encoding="utf-8")
 
         header = replace(
             mesh.header,
@@ -204,16 +198,14 @@ def registered(
             start=0,
             times=None,
             metres_per_unit=units.scans or (None if scale else units.template),
-            has_known=False,
-            has_provenance=False,
-            has_standard_error=False,
+            attributes=(),
         )
-        return ComputedFrames(
+        return Run(
             header,
             make,
             mesh,
             files=[*reader.files, *marked],
-            beside=written_beside("page", shown_on, overwrite, ".html", show),
+            origin=mesh.origin,
             close=stack.pop_all().close,
         )
 
@@ -221,7 +213,7 @@ def registered(
 def _page(registration: Registration, mesh: Frames, reader: ScanReader) -> Page:
     """A page with the scan and the result."""
     return scan_page(
-        ArrayFrames(registration.vertices[None], mesh.faces).named(f"{mesh.path.name}, registered"),
+        Sequence(registration.vertices[None], mesh.faces).named(f"{mesh.path.name}, registered"),
         scans=reader,
         colour="distance",
         title=f"{mesh.path.name} registered with {reader.path.name}: {registration.quality}",
@@ -296,3 +288,28 @@ def _misplaced(registration: Registration, landmarks: Landmarks) -> str:
     if distances[worst] <= _MISPLACED * np.linalg.norm(np.ptp(registration.vertices, axis=0)):
         return ""
     return f"vertex {vertices[worst]} lies {distances[worst]:.3g} from its landmark"
+
+
+@overload
+def register(template: PathLike, scan: PathLike, **options: Any) -> Run[RegisterReport]: ...
+@overload
+def register(
+    faces: Faces | Mesh,
+    template: Positions | Scan,
+    points: Positions | Scan | None = None,
+    normals: Positions | None = None,
+    **options: Any,
+) -> Registration: ...
+def register(*given: Any, **options: Any) -> Run[RegisterReport] | Registration:
+    """Finds a template in a scan: the mesh, in the shape of the scan.
+
+    Of files, as ``register("body.obj", "scan.ply")``, this is a run of one frame, with the options
+    of :func:`dynmesh.verbs.register.registered`; of arrays or a mesh of another library, as
+    ``register(faces, template, points)`` or ``register(mesh, points)``, it is
+    :func:`dynmesh.registration.register`, which describes the result and the options.
+    """
+    first = given[0] if given else options.get("template")
+    is_of_files = isinstance(first, str | os.PathLike)
+    function: Any = registered if is_of_files else registration.register
+    result: Run[RegisterReport] | Registration = function(*given, **options)
+    return result

@@ -3,25 +3,22 @@
 import contextlib
 from collections.abc import Generator, Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 
 import numpy as np
 
 from .. import formats
 from .._checks import check_flags, check_integer, check_resolution, path_of
 from .._errors import locating
-from .._options import Input, Method, Output
+from .._options import Input, Method
 from .._progress import steps, tracked
 from .._report import Report, counted, write_csv
 from ..alignment import Alignment
 from ..completion.training import Training, TrainingFrames
-from ..computed import ComputedFrames
 from ..formats import PathLike
 from ..formats.format import Gaps
 from ..formats.names import Number
-from ..formats.output import written_beside
 from ..formats.times import timing_of
-from ..frames import Frame
+from ..frames import Frame, Run
 from ..geometry import mean_edge_of
 from ..registration import Registration
 from ..scans import ScanReader, open_scans
@@ -128,6 +125,10 @@ class TrackReport(Report):
         if self.prior_weight is not None:
             yield f"the prior weight of the training frames was {self.prior_weight:.2g}"
 
+    def write_csv(self, path: PathLike) -> None:
+        """Writes a table with a row for each frame with points: how good it is."""
+        write_csv(path_of("path", path), FrameQuality, self.each)
+
 
 def track(
     scans: PathLike,
@@ -145,10 +146,8 @@ def track(
     training: Method[TrainingFrames | None] = None,
     threads: Method[int] = 1,
     uncertainty: Method[bool] = False,
-    csv: Output[PathLike | None] = None,
-    overwrite: Output[bool] = False,
-    progress: bool = False,
-) -> ComputedFrames[TrackReport]:
+    progress: bool | None = None,
+) -> Run[TrackReport]:
     """Tracks a mesh through scans whose points belong to no vertex.
 
     The template is placed in the first scan that has points: it stays where it is if it lies there,
@@ -184,19 +183,16 @@ def track(
             2 000 vertices or points on.
         uncertainty: whether to estimate the standard error of the distance of each vertex from the
             true surface, which a file then has to hold.
-        csv: a file to write, when all frames are tracked and written, with a row for each frame
-            with points: how good it is.
-        overwrite: whether to replace an existing table.
         progress: whether to show on standard error how far it is.
 
     Returns:
-        The tracked frames, which are made when they are gone through, each time anew, with the
-        generation and age of their vertices. Then they have a report.
+        The tracked frames, which are made when they are gone through, with the generation and age
+        of their vertices. Then they have a report, of which
+        :meth:`~dynmesh.verbs.track.TrackReport.write_csv` writes how good each frame is.
 
     Raises:
-        FileExistsError: the table exists.
-        OSError, ImportError, TypeError, ValueError: a file cannot be read or written, an argument
-            is refused, or the template is not found in the first scan.
+        OSError, ImportError, TypeError, ValueError: a file cannot be read, an argument is
+            refused, or the template is not found in the first scan.
     """
     scans, template = path_of("scans", scans), path_of("template", template)
     marked = [] if landmarks is None else [path_of("landmarks", landmarks)]
@@ -204,7 +200,6 @@ def track(
     check_resolution(resolution)
     check_integer("threads", threads, 1)
     Background(crop, remove_planes)  # which refuses what is no box
-    beside = written_beside("csv", csv, overwrite, ".csv", _write_table)
     with contextlib.ExitStack() as stack:
         mesh = stack.enter_context(formats.open(template))
         reader = open_scans(scans, cameras=cameras, gaps=gaps)
@@ -218,9 +213,7 @@ def track(
             n_frames=reader.n_frames,
             fps=None,
             **timing_of(reader.numbers),
-            has_known=False,
-            has_provenance=True,
-            has_standard_error=uncertainty,
+            attributes=["generation", "age", *(["standard_error"] if uncertainty else [])],
             standard_error_of="surface",
         )
 
@@ -257,19 +250,15 @@ def track(
                     yield Frame(points, **{name: getattr(tracker, name) for name in names})
             return _report(fits, at, room, reader, is_trained=bool(learnt))
 
-        return ComputedFrames(
+        return Run(
             header,
             make,
             mesh,
             files=[scans, *reader.files, *learnt.files, *marked],
+            origin=mesh.origin,
             wanted=["standard_error"] if uncertainty else [],
-            beside=beside,
             close=stack.pop_all().close,
         )
-
-
-def _write_table(path: Path, report: TrackReport) -> None:
-    write_csv(path, FrameQuality, report.each)
 
 
 def _report(

@@ -8,15 +8,13 @@ from pathlib import Path
 from .. import formats
 from .._checks import check_integer, path_of
 from .._errors import InputError
-from .._options import Input, Method, Output
+from .._options import Input, Method
 from ..draw.page import Page, page, require_page, scan_factor
 from ..draw.page.pick import pick_page
 from ..draw.quantities import Colour
 from ..formats import OneSequence, PathLike, Source
 from ..formats.comparison import remarks_of
-from ..formats.output import new_output, output_path
-from ..frames import Frames
-from ..header import Axis
+from ..frames import Axis, Frames
 from ..scans import ScanReader, open_scans
 from ..tracking.background import Background, Crop, ScansWithoutBackground
 from ..tracking.single_scan import open_single
@@ -24,7 +22,6 @@ from ..tracking.single_scan import open_single
 
 def view(
     sequence: OneSequence,
-    out: Output[PathLike | None] = None,
     *,
     reference: Input[OneSequence | None] = None,
     input: Input[OneSequence | None] = None,
@@ -42,17 +39,15 @@ def view(
     azimuth: Method[float] = 60.0,
     max_frames: Method[int] = 120,
     max_vertices: Method[int] = 20_000,
-    overwrite: Output[bool] = False,
-    progress: bool = False,
+    progress: bool | None = None,
 ) -> Page:
     """Makes a page that plays a sequence in any browser, offline.
 
     The input and the reference play beside it. In the page, ? lists the keys. In a notebook, a page
-    shows itself.
+    shows itself; :meth:`dynmesh.draw.page.Page.write` writes it to a file.
 
     Args:
         sequence: the sequence.
-        out: the HTML file to write; without it, Python returns the page alone.
         reference: the true sequence; colours then show the error.
         input: the sequence that was completed.
         scans: those that the sequence was tracked in.
@@ -78,15 +73,12 @@ def view(
         azimuth: the viewing angle around the up axis, in degrees.
         max_frames: longer sequences show every second, third, ... frame.
         max_vertices: larger meshes are simplified to about this many vertices.
-        overwrite: whether to replace an existing file.
         progress: whether to show on standard error how far it is.
 
     Raises:
-        FileExistsError: `out` exists.
-        OSError, ImportError, TypeError, ValueError: a file cannot be read or written, an extra is
-            not installed, or an argument is refused.
+        OSError, ImportError, TypeError, ValueError: a file cannot be read, an extra is not
+            installed, or an argument is refused.
     """
-    output = output_path("out", out, overwrite, ".html")
     check_integer("max_frames", max_frames, 1)
     check_integer("max_vertices", max_vertices, 4)
     require_page(scans=scans is not None)
@@ -128,12 +120,7 @@ def view(
                 max_vertices=max_vertices,
                 progress=progress,
             )
-        result = replace(result, remarks=(*result.remarks, *remarks_of(own, truth, partial)))
-    if output is None:
-        return result
-    with new_output(output, overwrite, ".html") as hidden:
-        hidden.write_text(result.html, encoding="utf-8")
-    return replace(result, output=output)
+        return replace(result, remarks=(*result.remarks, *remarks_of(own, truth, partial)))
 
 
 def _check_pick(pick: Path, scans: object, others: Mapping[str, object]) -> None:

@@ -16,13 +16,15 @@ from .._arrays import Mask, Positions
 from .._checks import check_flags, check_integer, check_number
 from .._errors import DynmeshError, InputError, SettingError
 from .._progress import steps
-from ..arrays import ArrayFrames
 from ..frames import Frames, check_any
 from ..polygons import Faces
+from ..sequence import Sequence
 from .lengths import usual_lengths, without_outliers
 from .mesh import Mesh
 from .trips import completed_base, standard_errors
 from .window import best_frame, survey, window_around
+
+__all__ = ["WholeFrame", "whole_frame"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +61,7 @@ def whole_frame(
     noise: float | None = None,
     outliers: bool = False,
     threads: int = 1,
-    progress: bool = False,
+    progress: bool | None = None,
 ) -> WholeFrame:
     """Puts a whole frame together out of frames of which none need be whole.
 
@@ -130,7 +132,7 @@ def whole_frame(
 
 def _frames_of(faces: Faces, frames: Positions | Frames, known: NDArray[np.bool_] | None) -> Frames:
     """Returns frames, wherever they are."""
-    if isinstance(frames, ArrayFrames):
+    if isinstance(frames, Sequence):
         own = frames if known is None else replace(frames, known=known)
         return own.named("frames")
     if isinstance(frames, Frames):
@@ -139,7 +141,7 @@ def _frames_of(faces: Faces, frames: Positions | Frames, known: NDArray[np.bool_
         return frames
     try:
         of_any_kind: Any = faces
-        return ArrayFrames(frames, of_any_kind, known).named("frames")
+        return Sequence(frames, of_any_kind, known).named("frames")
     except DynmeshError as error:
         error.argument = "frames" if error.argument == "vertices" else error.argument
         raise

@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 import dynmesh
-from dynmesh.degrade import Camera, camera_known, patch_known, random_known
+from dynmesh.losses import Camera, camera_known, patch_known, random_known
 
 Array = NDArray[np.floating[Any]]
 RNG = np.random.default_rng(0)

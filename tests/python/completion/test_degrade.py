@@ -14,7 +14,7 @@ from reference import directed_edges, mean_edge
 from scipy.sparse.csgraph import connected_components
 
 import dynmesh
-from dynmesh import degrade
+from dynmesh import losses
 from dynmesh.scans import open_scans
 
 
@@ -22,11 +22,11 @@ def hidden_patches(**settings: Any) -> Array:
     """Patches on a sheet of 900 vertices, (n, 900), True where hidden."""
     faces = meshes.sheet(30).faces
     arguments = {"n_frames": 100, "share": 0.3, "seed": 2, **settings}
-    return ~np.stack(list(degrade.patch_known(faces, n_vertices=900, **arguments)))
+    return ~np.stack(list(losses.patch_known(faces, n_vertices=900, **arguments)))
 
 
 def test_a_patch_is_connected_compact_and_of_its_share() -> None:
-    beside = dynmesh.adjacency(meshes.sheet(30).faces, 900)
+    beside = dynmesh.topology.adjacency(meshes.sheet(30).faces, 900)
     for share in (0.0001, 0.1, 0.5, 0.9):
         hidden = hidden_patches(patches=1, share=share)
         assert not hidden[0].any()
@@ -51,14 +51,14 @@ def test_a_patch_stays_for_its_lifetime_and_jumps() -> None:
 
 def test_a_patch_keeps_to_its_component() -> None:
     two = meshes.join(meshes.sheet(3), meshes.sheet(20)).faces
-    masks = list(degrade.patch_known(two, 200, 409, 0.5, patches=1, lifetime=1))
+    masks = list(losses.patch_known(two, 200, 409, 0.5, patches=1, lifetime=1))
     hidden = ~np.stack(masks)[1:]
     assert set(hidden.sum(axis=1).tolist()) == {9, 204}
     assert (hidden[:, :9].any(axis=1) != hidden[:, 9:].any(axis=1)).all()
 
 
 def test_frames_are_lost_whole_and_at_random() -> None:
-    masks = np.stack(list(degrade.dropout(2001, 5, 0.2)))
+    masks = np.stack(list(losses.dropout(2001, 5, 0.2)))
     assert masks[0].all()
     assert (masks.all(axis=1) | ~masks.any(axis=1)).all()
     lost = ~masks[1:, 0]
@@ -73,7 +73,7 @@ def frames_of(mesh: Mesh, n: int, dtype: Any = np.float64) -> Array:
 def test_noise_is_gaussian_and_in_mean_edges() -> None:
     mesh = meshes.sheet(40)
     truth = frames_of(mesh, 6)
-    noisy = np.stack(list(degrade.add_noise(truth, mesh.faces, 0.25)))
+    noisy = np.stack(list(losses.add_noise(truth, mesh.faces, 0.25)))
     np.testing.assert_array_equal(noisy[0], truth[0])
     h = mean_edge(directed_edges(mesh.faces), mesh.vertices)
     z = (noisy[1:] - truth[1:]) / (0.25 * h)  # 24000 numbers
@@ -82,14 +82,14 @@ def test_noise_is_gaussian_and_in_mean_edges() -> None:
     assert (z**4).mean() == pytest.approx(3, abs=0.2)
     correlation = np.corrcoef(z.transpose(0, 2, 1).reshape(15, -1))
     assert np.abs(correlation - np.eye(15)).max() < 0.12
-    silent = list(degrade.add_noise(truth, mesh.faces, 0))
+    silent = list(losses.add_noise(truth, mesh.faces, 0))
     np.testing.assert_array_equal(silent, truth)
 
 
 def test_outliers_are_few_and_at_their_distance_in_all_directions() -> None:
     mesh = meshes.sheet(40)
     truth = frames_of(mesh, 11)
-    frames = np.stack(list(degrade.add_outliers(truth, mesh.faces, 0.05, distance=7.0)))
+    frames = np.stack(list(losses.add_outliers(truth, mesh.faces, 0.05, distance=7.0)))
     np.testing.assert_array_equal(frames[0], truth[0])
     moved = (frames != truth).any(axis=2)
     assert (moved[1:].sum(axis=1) == 80).all()
@@ -101,25 +101,25 @@ def test_outliers_are_few_and_at_their_distance_in_all_directions() -> None:
 
 
 SHEET = meshes.sheet(6)
-CAMERA = degrade.Camera((4.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+CAMERA = losses.Camera((4.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
 
 SCANNED: Any = {"noise": 0.1, "missing": 0.2, "holes": 0.2, "outliers": 0.1}
 
 RANDOM: list[Callable[[int, int], Iterator[Array]]] = [
-    lambda n, seed: degrade.random_known(n, 36, 0.3, seed=seed),
-    lambda n, seed: degrade.patch_known(SHEET.faces, n, 36, 0.3, seed=seed),
-    lambda n, seed: degrade.dropout(n, 36, 0.5, seed=seed),
-    lambda n, seed: degrade.add_noise(frames_of(SHEET, n), SHEET.faces, 0.1, seed=seed),
-    lambda n, seed: degrade.add_outliers(frames_of(SHEET, n), SHEET.faces, 0.2, seed=seed),
+    lambda n, seed: losses.random_known(n, 36, 0.3, seed=seed),
+    lambda n, seed: losses.patch_known(SHEET.faces, n, 36, 0.3, seed=seed),
+    lambda n, seed: losses.dropout(n, 36, 0.5, seed=seed),
+    lambda n, seed: losses.add_noise(frames_of(SHEET, n), SHEET.faces, 0.1, seed=seed),
+    lambda n, seed: losses.add_outliers(frames_of(SHEET, n), SHEET.faces, 0.2, seed=seed),
     lambda n, seed: (
         np.hstack([scan.points, np.asarray(scan.normals)])
-        for scan in degrade.scan_points(
+        for scan in losses.scan_points(
             [SHEET.vertices] * n, SHEET.faces, 2, points=60, seed=seed, **SCANNED
         )
     ),
     lambda n, seed: (
         np.stack(scan.depth)
-        for scan in degrade.depth_images(
+        for scan in losses.depth_images(
             [SHEET.vertices] * n, SHEET.faces, 2, width=20, height=15, seed=seed, **SCANNED
         )
     ),
@@ -141,9 +141,9 @@ def test_frames_are_taken_one_at_a_time() -> None:
     taken: list[int] = []
     frames = frames_of(SHEET, 5)
     for make in (
-        lambda stream: degrade.add_noise(stream, SHEET.faces, 0.1),
-        lambda stream: degrade.add_outliers(stream, SHEET.faces, 0.1),
-        lambda stream: degrade.camera_known(stream, SHEET.faces, [CAMERA]),
+        lambda stream: losses.add_noise(stream, SHEET.faces, 0.1),
+        lambda stream: losses.add_outliers(stream, SHEET.faces, 0.1),
+        lambda stream: losses.camera_known(stream, SHEET.faces, [CAMERA]),
     ):
         taken.clear()
         for i, _ in enumerate(make(taken.append(i) or frames[i] for i in range(5))):  # type: ignore[func-returns-value]
@@ -151,7 +151,7 @@ def test_frames_are_taken_one_at_a_time() -> None:
 
 
 def test_random_masks_keep_their_share() -> None:
-    masks = np.stack(list(dynmesh.degrade.random_known(20, 1000, 0.3, seed=5)))
+    masks = np.stack(list(dynmesh.losses.random_known(20, 1000, 0.3, seed=5)))
     assert masks[0].all()
     assert (masks[1:].sum(axis=1) == 300).all()
     assert 0.05 < (masks[1] & masks[2]).mean() < 0.13  # chosen independently: 0.09 on average

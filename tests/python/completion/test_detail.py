@@ -140,7 +140,7 @@ def test_sequences_keep_their_shape(
 ) -> None:
     sequence = sequence_named(name)
     truth = sequence.vertices[:n_frames].astype(np.float64)
-    masks = list(dynmesh.degrade.random_known(n_frames, truth.shape[1], share, seed=3))
+    masks = list(dynmesh.losses.random_known(n_frames, truth.shape[1], share, seed=3))
     detail, motion = errors_of(sequence, truth, masks[1:], {}, {"method": "motion"})
     assert detail < most * motion
 

@@ -111,8 +111,8 @@ def test_frames_are_completed_when_they_are_gone_through(
             known = rng.random(len(mesh.vertices)) < 0.5 if i else np.ones(49, bool)
             yield dynmesh.Frame(turned(mesh.vertices, 0.01 * i), known)
 
-    header = dynmesh.Header(mesh.faces, 40, 49, mesh.vertices.dtype, has_known=True)
-    completed = dynmesh.complete(dynmesh.ComputedFrames(header, frames), start=0)
+    header = dynmesh.Header(mesh.faces, 40, 49, mesh.vertices.dtype, attributes=["known"])
+    completed = dynmesh.complete(dynmesh.frames.Run(header, frames), start=0)
     assert given == 0
     stream = iter(completed)
     np.testing.assert_array_equal(next(stream).points, mesh.vertices)

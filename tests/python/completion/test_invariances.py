@@ -17,7 +17,7 @@ from meshes import Array
 from scenes import CHANGES, Change, Scene, scene_of
 
 import dynmesh
-from dynmesh import degrade
+from dynmesh import losses
 
 
 class Result(NamedTuple):
@@ -57,7 +57,7 @@ def registered(scene: Scene, **options: Any) -> Result:
 
 
 def put_together(scene: Scene, **options: Any) -> Result:
-    result = dynmesh.whole_frame(
+    result = dynmesh.whole_frames.whole_frame(
         scene.faces, scene.frames, scene.known, frame=scene.frame, **options
     )
     return Result(result.positions[None], result.standard_error[None])
@@ -80,18 +80,18 @@ def evaluated(scene: Scene) -> Result:
 def seen(scene: Scene) -> Result:
     *sensors, middle = scene.sensors
     up = np.cross(sensors[0] - middle, sensors[1] - middle)
-    cameras = [degrade.Camera(tuple(sensor), tuple(middle), tuple(up)) for sensor in sensors]
-    masks = degrade.camera_known(scene.frames, scene.faces, cameras)
+    cameras = [losses.Camera(tuple(sensor), tuple(middle), tuple(up)) for sensor in sensors]
+    masks = losses.camera_known(scene.frames, scene.faces, cameras)
     return Result(lengths=scene.unit * np.stack(list(masks))[1:])
 
 
 def in_patches(scene: Scene) -> Result:
-    masks = degrade.patch_known(scene.faces, len(scene.frames), scene.frames.shape[1], 0.3)
+    masks = losses.patch_known(scene.faces, len(scene.frames), scene.frames.shape[1], 0.3)
     return Result(lengths=scene.unit * np.stack(list(masks))[1:])
 
 
 def noisy(scene: Scene) -> Result:
-    return Result(np.stack(list(degrade.add_noise(scene.frames, scene.faces, 0.1)))[1:])
+    return Result(np.stack(list(losses.add_noise(scene.frames, scene.faces, 0.1)))[1:])
 
 
 OPERATIONS: dict[str, Callable[[Scene], Result]] = {

@@ -13,7 +13,17 @@ from entries import ENTRIES, FRAME, FRAMES, KNOWN, MASKS, MESH
 from sequences import sea
 
 import dynmesh
-from dynmesh import baselines, degrade, formats, metrics, scans
+from dynmesh import (
+    alignment,
+    baselines,
+    formats,
+    losses,
+    metrics,
+    registration,
+    scans,
+    topology,
+    whole_frames,
+)
 
 RESULTS = {"Alignment", "Diagnosis", "Registration", "WholeFrame"}
 """What these hold is made by dynmesh."""
@@ -22,13 +32,17 @@ PLAIN = {"Frame", "Description", "PointScan.only", "DepthScan.only", "ScanCamera
 """Records, which are checked where they are used, and what takes neither positions nor masks."""
 
 
+OF_SEQUENCES = {"complete", "convert", "degrade", "evaluate", "info", "opened", "picture", "view"}
+"""Verbs, which make a Sequence of arrays."""
+
 FILES = {("open", "faces"), ("open", "known"), ("complete", "training"), ("track", "training")}
 """Arrays in place of files, which are checked as those of files are."""
 
 
 def _takers() -> Iterator[tuple[str, str]]:
     """All public functions and their parameters that may be arrays."""
-    for module in (dynmesh, formats, metrics, baselines, degrade, scans):
+    of_arrays = (alignment, registration, topology, whole_frames)
+    for module in (dynmesh, formats, metrics, baselines, losses, scans, *of_arrays):
         for name in module.__all__:
             found = getattr(module, name)
             if isinstance(found, types.ModuleType) or not callable(found):
@@ -47,7 +61,7 @@ def _takers() -> Iterator[tuple[str, str]]:
 
 def test_the_table_names_all_that_takes_arrays() -> None:
     there = {(name, argument) for name, (_, given) in ENTRIES.items() for argument in given}
-    takers = {one for one in _takers() if one[0] not in RESULTS | PLAIN}
+    takers = {one for one in _takers() if one[0] not in RESULTS | PLAIN | OF_SEQUENCES}
     assert len(takers) > 60
     assert takers - there - FILES == set()
 
@@ -108,7 +122,7 @@ def _measured(sequence: dynmesh.Sequence) -> Any:
 
 CARRYING: dict[str, Callable[[dynmesh.Sequence, Path], Any]] = {
     "complete": lambda s, _: dynmesh.read(dynmesh.complete(s)).vertices,
-    "whole_frame": lambda s, _: dynmesh.whole_frame(s.faces, s).positions,
+    "whole_frame": lambda s, _: dynmesh.whole_frames.whole_frame(s.faces, s).positions,
     "convert": lambda s, _: (
         dynmesh.read(dynmesh.complete(dynmesh.read(dynmesh.convert(s, scale=2)))).vertices
     ),

@@ -80,7 +80,7 @@ def test_poses_beyond_the_training_do_no_harm_where_nothing_is_seen() -> None:
     """Steps are trained. A handstand follows, in which whole hands and feet are hidden."""
     sequence = dynmesh.synth.walker()
     training, frames = sequence.vertices[:87:2], sequence.vertices[87:137]
-    masks = dynmesh.degrade.patch_known(
+    masks = dynmesh.losses.patch_known(
         sequence.faces, len(frames), frames.shape[1], 0.3, lifetime=10, seed=0
     )
     errors = errors_of(sequence, frames, list(masks)[1:], {}, {"training": training})
@@ -111,7 +111,7 @@ def test_a_useless_training_does_no_harm(
     else:
         training = sequence_named("walker").vertices[:50, : training.shape[1]]
     n, k, _ = frames.shape
-    masks = dynmesh.degrade.random_known(n, k, 0.3, seed=1)
+    masks = dynmesh.losses.random_known(n, k, 0.3, seed=1)
     errors = errors_of(sequence, frames, list(masks)[1:], {}, {"training": training})
     assert errors[1] <= 1.02 * errors[0]
 

@@ -59,7 +59,8 @@ def completed(
     points: Array = POINTS, faces: Any = FACES, known: Array = KNOWN, **more: Any
 ) -> Array:
     sequence = dynmesh.Sequence(points, faces, known, **more)
-    return dynmesh.read(sequence.complete()).vertices
+    made: Array = sequence.complete().vertices
+    return made
 
 
 def pushed(
@@ -80,7 +81,8 @@ def seen(depth: Array = DEPTH, lens: Array = LENS, pose: Array = POSE) -> Array:
 
 def computed(points: Array) -> Array:
     header = dynmesh.Header(FACES, len(points), points.shape[1], points.dtype)
-    return dynmesh.read(dynmesh.complete(frames_of(header, points))).vertices
+    made: Array = dynmesh.complete(frames_of(header, points)).read().vertices
+    return made
 
 
 def cloud(tmp_path: Path, points: Array, normals: Array) -> Array:
@@ -109,7 +111,7 @@ CASES: dict[str, tuple[Array, Callable[[Array, Path], Array]]] = {
     "quads": (QUADS, lambda a, _: completed(faces=a)),
     "corners": (
         QUADS.reshape(-1),
-        lambda a, _: completed(faces=dynmesh.Polygons(np.full(len(QUADS), 4), a)),
+        lambda a, _: completed(faces=dynmesh.polygons.Polygons(np.full(len(QUADS), 4), a)),
     ),
     "a mask of numbers": (KNOWN.astype(np.int32), lambda a, _: completed(known=a)),
     "times": (np.array([1.0, 2, 4]), lambda a, path: stored(path, "a.npz", times=a)),
@@ -135,7 +137,10 @@ CASES: dict[str, tuple[Array, Callable[[Array, Path], Array]]] = {
     "normals of a file": (NORMALS, lambda a, path: cloud(path, POINTS[0], a)),
     "metrics": (POINTS[2], lambda a, _: dynmesh.metrics.vertex_error(a, POINTS[1])),
     "a registered scan": (POINTS[1], lambda a, _: dynmesh.register(FACES, POINTS[0], a).vertices),
-    "whole frames": (POINTS, lambda a, _: dynmesh.whole_frame(FACES, a, KNOWN).positions),
+    "whole frames": (
+        POINTS,
+        lambda a, _: dynmesh.whole_frames.whole_frame(FACES, a, KNOWN).positions,
+    ),
     **{
         f"{name} of {file}": (
             array,

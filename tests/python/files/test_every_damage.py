@@ -206,7 +206,8 @@ def test_memory_does_not_grow_with_the_frames(tmp_path: Path, format: str) -> No
     points = np.random.default_rng(0).random((100_000, 3)).astype(np.float32)
     known = np.ones(len(points), bool) if format in MASKED else None
     n_frames, faces, used = 30, np.array([[0, 1, 2]]), []
-    header = dynmesh.Header(faces, n_frames, len(points), points.dtype, has_known=format in MASKED)
+    masks = ["known"] * (format in MASKED)
+    header = dynmesh.Header(faces, n_frames, len(points), points.dtype, attributes=masks)
 
     def frames() -> Iterator[dynmesh.Frame]:
         for _ in range(n_frames):
@@ -214,7 +215,7 @@ def test_memory_does_not_grow_with_the_frames(tmp_path: Path, format: str) -> No
             yield dynmesh.Frame(points, known)
             used.append(own_memory())
 
-    dynmesh.write(path, dynmesh.ComputedFrames(header, frames))
+    dynmesh.write(path, dynmesh.frames.Run(header, frames))
     assert path.stat().st_size > n_frames * points.nbytes
     assert max(used) - used[0] < 20_000
     with dynmesh.open(path) as reader:

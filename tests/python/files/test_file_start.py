@@ -97,7 +97,7 @@ def test_the_start_is_put_together_from_all_frames(
     assert holed.known is not None
     assert made.generation is not None
     assert (report.start, report.quality, report.frames) == (number, "good", 15)
-    whole = dynmesh.whole_frame(
+    whole = dynmesh.whole_frames.whole_frame(
         holed.faces,
         holed,
         frame=start if start == number else "best",
@@ -126,7 +126,7 @@ def test_standard_errors_begin_with_those_of_the_start(
         tmp_path / "holed.npz", output, uncertainty=True, provenance=True, drop_above=0.2
     )
     made = dynmesh.read(output)
-    whole = dynmesh.whole_frame(holed.faces, holed)
+    whole = dynmesh.whole_frames.whole_frame(holed.faces, holed)
     assert made.standard_error is not None
     assert made.known is not None
     np.testing.assert_array_equal(made.standard_error[WHOLE], whole.standard_error)
@@ -195,10 +195,9 @@ def test_a_start_of_which_a_part_is_seen_in_no_frame_is_doubtful(
 ) -> None:
     k = KNOWN.shape[1]
     known = KNOWN & (np.arange(k) >= share * k)
-    completed = dynmesh.complete(replace(TRUTH, known=known))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)
-        dynmesh.read(completed)
+        completed = dynmesh.complete(replace(TRUTH, known=known))
     assert completed.report.quality == quality
     assert ("seen in no frame" in completed.report.reason) == (quality != "good")
 
@@ -243,7 +242,7 @@ def test_a_template_lends_its_faces(tmp_path: Path) -> None:
 
 
 def test_the_report_of_a_file_counts(tmp_path: Path) -> None:
-    astray = list(dynmesh.degrade.add_outliers(PARTIAL.vertices, PARTIAL.faces, 0.02))
+    astray = list(dynmesh.losses.add_outliers(PARTIAL.vertices, PARTIAL.faces, 0.02))
     spoilt = replace(PARTIAL, vertices=np.stack(astray))[WHOLE:]
     dynmesh.write(tmp_path / "in.npz", spoilt)
     completer = dynmesh.Completer(spoilt.faces, spoilt.vertices[0], reject_outliers=True)

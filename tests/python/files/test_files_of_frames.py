@@ -103,8 +103,8 @@ def test_what_else_an_obj_holds(
         assert_refused(tmp_path / "a.obj", "line 5")
         return
     with dynmesh.open(tmp_path / "a.obj") as frames:
-        assert frames.header.origin is not None
-        assert frames.header.origin.holds == expected
+        assert frames.origin is not None
+        assert frames.origin.holds == expected
 
 
 @pytest.mark.parametrize("given", ["", "dance.####.obj", "*.obj"])

@@ -167,7 +167,8 @@ def test_obj_keeps_everything_but_normals(tmp_path: Path) -> None:
     (tmp_path / "out").mkdir()
     with dynmesh.open(source.with_name("body_%04d.obj")) as reader:
         (frame,) = reader
-        frames = to_file.frames_of(reader.header, [frame.points @ TURN.T + 5])
+        turned = [frame.points @ TURN.T + 5]
+        frames = to_file.frames_of(reader.header, turned, reader.origin)
         written = dynmesh.write(tmp_path / "out" / "a_%04d.obj", frames)
     made = tmp_path / "out" / "a_0001.obj"
     check_kept(made, source)
@@ -194,7 +195,8 @@ def test_ply_keeps_properties_of_vertices(tmp_path: Path) -> None:
     (tmp_path / "in_0007.ply").write_bytes(content)
     with dynmesh.open(tmp_path / "in_%04d.ply") as reader:
         (frame,) = reader
-        frames = to_file.frames_of(reader.header, [frame.points[:, [2, 0, 1]]])
+        turned = [frame.points[:, [2, 0, 1]]]
+        frames = to_file.frames_of(reader.header, turned, reader.origin)
         (remark,) = dynmesh.write(tmp_path / "out_%04d.ply", frames).remarks
     assert remark == "face.label, vertex.near and vertex.nx of in_0007.ply are not written"
     again: Any = trimesh.load(tmp_path / "out_0007.ply", process=False)  # another reader

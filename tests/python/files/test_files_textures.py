@@ -19,7 +19,7 @@ Abc, Geometry = alembic.Abc, alembic.AbcGeom
 
 def texture_in(path: Path) -> Any:
     with dynmesh.open(path) as reader:
-        return reader.header.texture
+        return reader.texture
 
 
 @pytest.mark.parametrize("of_vertices", [False, True])

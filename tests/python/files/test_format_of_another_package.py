@@ -91,16 +91,16 @@ def install(monkeypatch: pytest.MonkeyPatch) -> Iterator[Install]:
     table.all_formats.cache_clear()
 
 
-def mine(**more: Any) -> dynmesh.Format:
+def mine(**more: Any) -> dynmesh.formats.Format:
     def write(path: Path, _: dynmesh.Header, frames: Any) -> None:
         with path.open("wb") as file:
             np.save(file, np.stack([frame.points for frame in frames]))
 
     given: dict[str, Any] = {"suffixes": (".mine",), "read": lambda _: SEA, "write": write}
-    return dynmesh.Format(name="mine", **(given | more))
+    return dynmesh.formats.Format(name="mine", **(given | more))
 
 
-class Reader(dynmesh.FileFrames):
+class Reader(dynmesh.frames.FileFrames):
     """Frames of a file, of which `bad` are made otherwise."""
 
     def __init__(self, path: Path, bad: Callable[[], Any]) -> None:
@@ -121,7 +121,7 @@ class Reader(dynmesh.FileFrames):
         (lambda _: np.zeros(3).reshape(2, 2), "cannot reshape"),
         (lambda path: path.read_vertices(), "AttributeError"),
         (lambda: SEA, "TypeError"),
-        (lambda _: dynmesh.complete(SEA), "it returns ComputedFrames, not"),
+        (lambda _: dynmesh.convert(dynmesh.frames.Kept(SEA)), "it returns Run, not"),
         (lambda path: Reader(path, lambda: NOTHING["points"]), "KeyError: 'points'"),
         (lambda path: Reader(path, lambda: [None, None]), "it yields NoneType, not a Frame"),
         (lambda path: Reader(path, lambda: SEA[2:3]), "frames instead of "),

@@ -65,7 +65,7 @@ VERBS: dict[str, Verb] = {
     "a folder": lambda at: dynmesh.complete(at("ply")),
     "a pattern": lambda at: dynmesh.open(at("obj/a_*.obj")),
     "convert": lambda at: dynmesh.convert(at("npz/a.npz"), scale=2),
-    "degraded": lambda at: dynmesh.degraded(at("hdf5/a.h5"), known=0.5),
+    "degraded": lambda at: dynmesh.degrade(at("hdf5/a.h5"), known=0.5),
     "template": lambda at: dynmesh.complete(at("npz/a.npz"), template=at("template.obj")),
     "training": lambda at: dynmesh.complete(at("npz/a.npz"), training=[at("whole.npz")]),
     "known": lambda at: dynmesh.open(at("whole.npz"), known=at("known.npy")),
@@ -111,28 +111,25 @@ def scanned(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 SCANS: dict[str, Verb] = {
     "track": lambda at: dynmesh.track(
-        at("points"), template=at("body.obj"), landmarks=at("marks.json"), csv=at("quality.csv")
+        at("points"), template=at("body.obj"), landmarks=at("marks.json")
     ),
     "track depth": lambda at: dynmesh.track(
         at("depth"), template=at("body.obj"), cameras=at("rig.json"), training=at("truth.npz")
     ),
-    "register": lambda at: dynmesh.registered(
-        at("body.obj"), at("points/frame_00000.ply"), landmarks=at("marks.json"), page=at("a.html")
+    "register": lambda at: dynmesh.register(
+        at("body.obj"), at("points/frame_00000.ply"), landmarks=at("marks.json")
     ),
 }
 
 
 @pytest.mark.parametrize("verb", SCANS)
 def test_scans_are_those_of_the_paths_as_given(scanned: Path, tmp_path: Path, verb: str) -> None:
-    """And what is written beside the frames is where it was wanted."""
     with contextlib.chdir(scanned):
         frames, scans = SCANS[verb](str), open_scans("depth", cameras="rig.json")
     with contextlib.chdir(tmp_path):
         assert dynmesh.read(frames).n_frames == len(frames)
         assert len([*scans]) == 3
     assert [*tmp_path.iterdir()] == []
-    beside = {"track": "quality.csv", "register": "a.html"}
-    assert verb not in beside or (scanned / beside[verb]).exists()
     assert all(file.is_absolute() for file in (*frames.files, *scans.files))
 
 

@@ -15,7 +15,7 @@ from meshes import sheet
 from sequences import assert_same, sea
 
 import dynmesh
-from dynmesh.header import numbers_of
+from dynmesh.frames import numbers_of
 
 N = 8
 TRUTH = sea(N)
@@ -50,14 +50,14 @@ def test_estimates_are_no_observations_elsewhere(tmp_path: Path) -> None:
         again.vertices, dynmesh.read(dynmesh.complete(PARTIAL, start=0)).vertices
     )
     dynmesh.write(tmp_path / "completed.npz", COMPLETED)
-    to_file.write(
-        dynmesh.degraded(tmp_path / "completed.npz", known=0.99), tmp_path / "partial.npz"
-    )
+    to_file.write(dynmesh.degrade(tmp_path / "completed.npz", known=0.99), tmp_path / "partial.npz")
     left: Any = dynmesh.read(tmp_path / "partial.npz").known
     np.testing.assert_array_equal(left & ~KNOWN, np.zeros_like(KNOWN))
     assert left.sum() > 0.9 * KNOWN.sum()
-    np.testing.assert_allclose(dynmesh.diagnose(COMPLETED).known_share, KNOWN.mean(axis=1))
-    whole = dynmesh.whole_frame(COMPLETED.faces, COMPLETED, frame=3)
+    np.testing.assert_allclose(
+        dynmesh.diagnosis.diagnose(COMPLETED).known_share, KNOWN.mean(axis=1)
+    )
+    whole = dynmesh.whole_frames.whole_frame(COMPLETED.faces, COMPLETED, frame=3)
     np.testing.assert_array_equal(whole.known, KNOWN[3])
     for made in (
         to_file.complete(tmp_path / "completed.npz", tmp_path / "a_%02d.obj"),
@@ -115,16 +115,14 @@ def test_pages_and_pictures_are_those_of_the_file(tmp_path: Path) -> None:
     pytest.importorskip("k3d")
     dynmesh.write(tmp_path / "completed.npz", COMPLETED)
     dynmesh.write(tmp_path / "truth.npz", TRUTH)
-    made = dynmesh.view(COMPLETED, tmp_path / "page.html", reference=TRUTH, max_frames=3)
+    made = dynmesh.view(COMPLETED, reference=TRUTH, max_frames=3)
+    made.write(tmp_path / "page.html")
     assert (tmp_path / "page.html").read_text() == made.html
     assert made.shown.frames == 3
     for caption in ("sequence", "the reference"):
         assert f'"caption": "{caption}"' in made.html
-    with pytest.raises(FileExistsError):
-        dynmesh.view(COMPLETED, tmp_path / "page.html")
-    drawn = dynmesh.picture(
-        COMPLETED, tmp_path / "a.png", frames=[2, 3], reference=TRUTH, title="A"
-    )
+    drawn = dynmesh.picture(COMPLETED, frames=[2, 3], reference=TRUTH, title="A")
+    drawn.save(tmp_path / "a.png")
     own, reference = tmp_path / "completed.npz", tmp_path / "truth.npz"
     words = (
         "--reference",
@@ -167,7 +165,7 @@ def test_another_unit_is_refused(verb: Any, factor: float, units: str | None) ->
 
 
 def test_exchanged_arguments_are_told(tmp_path: Path) -> None:
-    known = np.stack(list(dynmesh.degrade.random_known(6, 100, 0.5)))
+    known = np.stack(list(dynmesh.losses.random_known(6, 100, 0.5)))
     completed = dynmesh.read(dynmesh.complete(replace(SHOT, known=known)))
     dynmesh.write(tmp_path / "completed.npz", completed)
     dynmesh.write(tmp_path / "truth.npz", SHOT)
@@ -183,7 +181,7 @@ def test_frames_of_other_numbers_are_told() -> None:
 
 
 def test_zeros_may_tell_what_was_missing() -> None:
-    known = np.stack(list(dynmesh.degrade.random_known(6, 100, 0.5)))
+    known = np.stack(list(dynmesh.losses.random_known(6, 100, 0.5)))
     zeros = np.where(known[..., None], SHOT.vertices + 1, 0)
     truth = replace(SHOT, vertices=SHOT.vertices + 1)
     off = replace(truth, vertices=truth.vertices + np.where(known[..., None], 0, 0.5))
@@ -274,7 +272,7 @@ def test_damaged_vertices_are_listed_in_lines_of_text(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("inverted", [False, True])
 def test_an_inverted_mask_is_asked_about(tmp_path: Path, inverted: bool) -> None:
-    known = np.stack(list(dynmesh.degrade.random_known(6, 100, 0.89)))
+    known = np.stack(list(dynmesh.losses.random_known(6, 100, 0.89)))
     dynmesh.write(tmp_path / "in.npz", SHOT)
     np.save(tmp_path / "mask.npy", ~known if inverted else known)
     dynmesh.write(tmp_path / "whole.obj", SHOT[:1])
@@ -303,7 +301,7 @@ def test_what_was_never_seen_is_named_if_it_is_in_patches(hidden: str) -> None:
 
 
 def test_zeros_are_missing_in_the_first_frame_as_well(tmp_path: Path) -> None:
-    known = np.stack(list(dynmesh.degrade.random_known(7, 100, 0.6)))[1:]
+    known = np.stack(list(dynmesh.losses.random_known(7, 100, 0.6)))[1:]
     zeros = np.where(known[..., None], SHOT.vertices + 5, np.float32(0))
     dynmesh.write(tmp_path / "in.npz", replace(SHOT, vertices=zeros))
     run("complete", tmp_path / "in.npz", tmp_path / "out.npz", "--missing", "zero")

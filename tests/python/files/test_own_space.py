@@ -82,10 +82,10 @@ def test_the_unit_and_the_axis_are_those_of_the_points(tmp_path: Path, name: str
     path = staged(tmp_path / "a.usda", name)
     (up, metres), *_, axis, unit = STAGES[name]
     with dynmesh.open(path) as frames:
-        header, first = frames.header, frames[0].points
+        header, first, remarks = frames.header, frames[0].points, frames.remarks
     assert header.up_axis == axis
     assert header.metres_per_unit == (None if unit is None else pytest.approx(unit, rel=1e-12))
-    told = " ".join(header.remarks)
+    told = " ".join(remarks)
     assert ("up axis" in told) == (bool(up) and axis is None)
     assert ("unit of length" in told) == (bool(metres) and unit is None)
     assert ("moved by transforms" in told) == (name in ("moves", "turns", "falls", "grows"))
@@ -167,9 +167,9 @@ def test_the_same_holds_in_alembic(
     path = archive_of(tmp_path / "a.abc", about, *matrices, inherits=inherits)
     with dynmesh.open(path) as frames:
         assert (frames.header.up_axis, frames.header.metres_per_unit) == (axis, unit)
-        told = " ".join(frames.header.remarks)
+        told = " ".join(frames.remarks)
     assert ("up axis" in told, "unit of length" in told) == (axis is None, unit is None)
     plain = archive_of(tmp_path / "b.abc", "", *matrices, inherits=inherits)
     with dynmesh.open(plain) as frames:
         assert (frames.header.up_axis, frames.header.metres_per_unit) == (None, None)
-        assert not any("unknown" in remark for remark in frames.header.remarks)
+        assert not any("unknown" in remark for remark in frames.remarks)

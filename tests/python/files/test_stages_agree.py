@@ -28,7 +28,7 @@ def completed(kind: str, path: Path) -> Any:
         return dynmesh.complete(dynmesh.open(path, prim=BODY, missing="zero"))
     frames = dynmesh.open(path, prim=BODY)
     if kind == "degraded":
-        return dynmesh.complete(dynmesh.degraded(frames, known=0.9))
+        return dynmesh.complete(dynmesh.degrade(frames, known=0.9))
     return dynmesh.complete(frames[1:4] if kind == "opened in part" else frames, start="best")
 
 

@@ -133,5 +133,5 @@ def page_of(
             options[name] = stack.enter_context(open_sequence(folder / f"{name}.npz"))
         write(folder / "sheet.npz", sequence)
         reader = stack.enter_context(open_sequence(folder / "sheet.npz"))
-        view(reader, folder / "page.html", up="z", azimuth=-90, **options)
+        view(reader, up="z", azimuth=-90, **options).write(folder / "page.html")
     return Page(browser, folder / "page.html")

@@ -10,7 +10,7 @@ import to_file
 from meshes import Mesh
 
 import dynmesh
-from dynmesh import baselines, degrade, metrics, scans
+from dynmesh import baselines, losses, metrics, scans
 
 N = 5
 CORNERS = np.arange(N * N).reshape(N, N)
@@ -31,7 +31,7 @@ MASKS: Any = np.stack([np.ones(K, np.bool_), *[KNOWN] * 3])
 UP: Any = np.tile([0.0, 0, 1], (K, 1))
 SENSOR: Any = np.array([[2.0, 2, 20]])
 HEADER: Any = {"faces": MESH.faces, "n_frames": 1, "n_vertices": K, "dtype": np.float64}
-SCAN = next(degrade.depth_images(FRAMES, MESH.faces, 1, width=80, height=60))
+SCAN = next(losses.depth_images(FRAMES, MESH.faces, 1, width=80, height=60))
 IMAGE: Any = {"depth": SCAN.depth[0], "intrinsics": SCAN.intrinsics[0], "pose": SCAN.poses[0]}
 POSED: Any = {"faces": MESH.faces, "template": FRAME, "training": FRAMES, "align": False}
 MARKS: Any = (np.array([0, 4, 20]), FRAME[[0, 4, 20]])
@@ -49,7 +49,7 @@ def tracker() -> dynmesh.Tracker:
 
 
 def _append(folder: Path, **given: Any) -> Any:
-    header = dynmesh.Header(**HEADER, has_known=True, has_provenance=True)
+    header = dynmesh.Header(**HEADER, attributes=["known", "generation", "age"])
     dynmesh.write(folder / "a.npz", to_file.frames_of(header, [dynmesh.Frame(**given)]))
     return dynmesh.read(folder / "a.npz")
 
@@ -107,9 +107,9 @@ ENTRIES: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "Tracker.push_depth": (_of(tracker, "push_depth"), IMAGE | {"out": FRAME.copy()}),
     "Tracker.reset": (_of(tracker, "reset"), {"frame": FRAME}),
     "Tracker.skip": (_of(tracker, "skip"), {"out": FRAME.copy()}),
-    "whole_frame": (_once(dynmesh.whole_frame), OF_FRAMES | {"known": MASKS}),
+    "whole_frame": (_once(dynmesh.whole_frames.whole_frame), OF_FRAMES | {"known": MASKS}),
     "find_alignment": (
-        _once(dynmesh.find_alignment),
+        _once(dynmesh.alignment.find_alignment),
         {"faces": MESH.faces, "first_frame": FRAME, "scan": FRAME},
     ),
     "register": (
@@ -131,6 +131,10 @@ ENTRIES: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "Header": (
         _once(dynmesh.Header),
         HEADER | {"n_frames": 4, "times": np.arange(4.0)},
+    ),
+    "complete": (
+        _once(dynmesh.complete),
+        {"sequence": FRAMES, "faces": MESH.faces, "training": FRAMES},
     ),
     "write": (
         _append,
@@ -162,21 +166,21 @@ ENTRIES: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
         _of(lambda: baselines.LaplacianInterpolation(MESH.faces, K), "complete"),
         SEEN | {"previous": FRAME},
     ),
-    "orbit": (_once(degrade.orbit), {"first_frame": FRAME}),
-    "add_noise": (_all(degrade.add_noise), OF_FRAMES | {"sigma": 0.1}),
-    "add_outliers": (_all(degrade.add_outliers), OF_FRAMES | {"share": 0.1}),
+    "orbit": (_once(losses.orbit), {"first_frame": FRAME}),
+    "add_noise": (_all(losses.add_noise), OF_FRAMES | {"sigma": 0.1}),
+    "add_outliers": (_all(losses.add_outliers), OF_FRAMES | {"share": 0.1}),
     "camera_known": (
-        _all(degrade.camera_known),
-        OF_FRAMES | {"cameras": degrade.orbit(FRAME, 1)},
+        _all(losses.camera_known),
+        OF_FRAMES | {"cameras": losses.orbit(FRAME, 1)},
     ),
     "patch_known": (
-        _all(degrade.patch_known),
+        _all(losses.patch_known),
         {"faces": MESH.faces, "n_frames": 2, "n_vertices": K, "share": 0.2},
     ),
-    "scan_points": (_all(degrade.scan_points), OF_FRAMES | {"points": 10}),
-    "depth_images": (_all(degrade.depth_images), OF_FRAMES | {"width": 8, "height": 6}),
-    "cells": (_once(dynmesh.cells), {"faces": MESH.faces, "n_vertices": K}),
-    "adjacency": (_once(dynmesh.adjacency), {"faces": MESH.faces, "n_vertices": K}),
-    "laplacian": (_once(dynmesh.laplacian), {"faces": MESH.faces, "n_vertices": K}),
+    "scan_points": (_all(losses.scan_points), OF_FRAMES | {"points": 10}),
+    "depth_images": (_all(losses.depth_images), OF_FRAMES | {"width": 8, "height": 6}),
+    "cells": (_once(dynmesh.topology.cells), {"faces": MESH.faces, "n_vertices": K}),
+    "adjacency": (_once(dynmesh.topology.adjacency), {"faces": MESH.faces, "n_vertices": K}),
+    "laplacian": (_once(dynmesh.topology.laplacian), {"faces": MESH.faces, "n_vertices": K}),
 }
 """All that takes arrays of positions, masks or faces, with arrays that it accepts."""

@@ -9,9 +9,9 @@ import trimesh
 from meshes import Array, Mesh, turned
 from PIL import Image
 
-from dynmesh import Sequence, degrade
-from dynmesh.degrade.visibility import intrinsics_of, pose_of
+from dynmesh import Sequence, losses
 from dynmesh.geometry import mean_edge_of
+from dynmesh.losses.visibility import intrinsics_of, pose_of
 from dynmesh.scans import (
     DepthScan,
     PointScan,
@@ -46,7 +46,7 @@ def some_points(dtype: Any = np.float64, n: int = 7) -> PointScan:
 
 
 def a_rig(n: int = 2, size: tuple[int, int] = (8, 6), unit: float | None = None) -> Rig:
-    cameras = degrade.orbit(np.array([[0.0, 0, 0], [1, 1, 1]]), n)(0)
+    cameras = losses.orbit(np.array([[0.0, 0, 0], [1, 1, 1]]), n)(0)
     described = [
         ScanCamera(f"c{i}", pose_of(camera), intrinsics_of(camera, *size), 0.001, size)
         for i, camera in enumerate(cameras)
@@ -76,17 +76,17 @@ def scanned_in_a_room(
     frames = np.concatenate([truth.vertices, np.repeat(room.vertices[None], n, axis=0)], axis=1)
     faces = np.concatenate([truth.faces, room.faces + k])
     noise = 0.02 * mean_edge_of(truth.vertices[0], truth.faces) / mean_edge_of(frames[0], faces)
-    around = degrade.orbit(everywhere, cameras, degrees_per_frame=0)(0)
+    around = losses.orbit(everywhere, cameras, degrees_per_frame=0)(0)
     described = [
         ScanCamera(str(i), pose_of(camera), intrinsics_of(camera, *size), 0.001, size)
         if size
         else ScanCamera(str(i), pose_of(camera))
         for i, camera in enumerate(around)
     ]
-    scans: Any = degrade.scan_points(frames, faces, around, noise=noise)
+    scans: Any = losses.scan_points(frames, faces, around, noise=noise)
     if size:
         width, height = size
-        scans = degrade.depth_images(frames, faces, around, width=width, height=height, noise=noise)
+        scans = losses.depth_images(frames, faces, around, width=width, height=height, noise=noise)
     with scan_folder(folder, Rig(tuple(described), None)) as append:
         for scan in scans:
             append(scan)

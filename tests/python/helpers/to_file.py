@@ -27,11 +27,12 @@ def write(frames: Any, output: str | Path, **options: Any) -> SimpleNamespace:
     return SimpleNamespace(**(of_verb | vars(written)), lines=written.lines)
 
 
-def frames_of(header: dynmesh.Header, frames: Iterable[Any]) -> dynmesh.ComputedFrames[Any]:
+def frames_of(
+    header: dynmesh.Header, frames: Iterable[Any], origin: Any = None
+) -> dynmesh.frames.Run[Any]:
     """Frames or positions with a header."""
-    return dynmesh.ComputedFrames(
-        header, lambda: (f if isinstance(f, dynmesh.Frame) else dynmesh.Frame(f) for f in frames)
-    )
+    each = (f if isinstance(f, dynmesh.Frame) else dynmesh.Frame(f) for f in frames)
+    return dynmesh.frames.Run(header, lambda: each, origin=origin)
 
 
 def complete(
@@ -49,9 +50,11 @@ def convert(
 ) -> SimpleNamespace:
     """Converts a file, or point clouds."""
     gaps = (source or {}).get("gaps", "refuse")
-    clouds = convert_clouds(Path(path), Path(output), gaps=gaps, **options)
+    own = {name: value for name, value in options.items() if name not in _WRITING}
+    clouds = convert_clouds(Path(path), gaps, **own)
     if clouds is not None:
-        return SimpleNamespace(**vars(clouds))
+        overwrite = options.get("overwrite", False)
+        return SimpleNamespace(**vars(clouds.write(output, overwrite=overwrite)))
     writing = {name: options.pop(name) for name in _WRITING if name in options}
     with dynmesh.open(path, **(source or {})) as frames:
         return write(dynmesh.convert(frames, **options), output, **writing)
@@ -68,7 +71,7 @@ def register(
 ) -> SimpleNamespace:
     """Registers a template with a scan."""
     writing = {name: options.pop(name) for name in _WRITING if name in options}
-    return write(dynmesh.registered(template, scan, **options), output, **writing)
+    return write(dynmesh.register(template, scan, **options), output, **writing)
 
 
 def pushed(

@@ -16,9 +16,6 @@ from conftest import REPOSITORY
 PACKAGE = REPOSITORY / "python" / "dynmesh"
 CPP = REPOSITORY / "cpp"
 
-WITH = {"arrays": ("geometry", "baselines")}
-"""Modules that stand with another one."""
-
 
 class Place(NamedTuple):
     """Where a part stands in the diagram; divided rows that follow one another are a block."""
@@ -44,7 +41,7 @@ def places(root: str) -> dict[str, Place]:
         for column, cell in enumerate(cells):
             for part in re.findall(r"\w+", cell):
                 assert part not in found, part
-                found |= dict.fromkeys((part, *WITH.get(part, ())), Place(row, block, column))
+                found[part] = Place(row, block, column)
     return found
 
 

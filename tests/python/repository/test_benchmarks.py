@@ -109,7 +109,7 @@ def test_the_figures_and_tables_of_the_paper(run: Run, folder: Path, tmp_path: P
     assert [row[0] for row in rows] == [m.label for m in (*COMPARED, *BASELINES, ONCE)]
     assert {verdict for _, verdict in claims} == {"holds", "does not hold"}
     # Independent of the code: the error of two methods by the functions of the package.
-    masks = list(dynmesh.degrade.random_known(len(vertices), 81, 0.3, seed=0))
+    masks = list(dynmesh.losses.random_known(len(vertices), 81, 0.3, seed=0))
     completed = {
         "motion (dynmesh)": to_file.pushed(faces, vertices, masks, method="motion"),
         "LIA, least squares": (

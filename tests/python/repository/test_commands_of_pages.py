@@ -79,7 +79,7 @@ def test_the_python_of_the_readme(tmp_path: Path) -> None:
 def test_the_shell_of_the_readme(tmp_path: Path) -> None:
     walker = dynmesh.synth.walker()[:6]
     dynmesh.write(tmp_path / "body.obj", walker[:1])
-    dynmesh.write(tmp_path / "cache.usdc", dynmesh.degraded(walker, camera=1))
+    dynmesh.write(tmp_path / "cache.usdc", dynmesh.degrade(walker, camera=1))
     dynmesh.write(tmp_path / "walker.npz", walker)
     run_shell("dynmesh degrade walker.npz depth --depth 320x240 --cameras 2\n", tmp_path)
     for snippet in blocks("bash"):

@@ -13,7 +13,7 @@ from scan_files import error, moving_body, saved
 from scipy.spatial.transform import Rotation
 
 import dynmesh
-from dynmesh import degrade
+from dynmesh import losses
 from dynmesh.scans import (
     DepthScan,
     PointScan,
@@ -29,10 +29,10 @@ from dynmesh.tracking.misreadings import READINGS, READINGS_OF_IMAGES
 TRUTH = moving_body(6)
 SIZE = 120, 90
 SCANS = list(
-    degrade.depth_images(
+    losses.depth_images(
         TRUTH.vertices,
         TRUTH.faces,
-        degrade.orbit(TRUTH.vertices[0], degrees_per_frame=25),
+        losses.orbit(TRUTH.vertices[0], degrees_per_frame=25),
         width=SIZE[0],
         height=SIZE[1],
     )

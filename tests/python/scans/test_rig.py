@@ -18,7 +18,7 @@ from meshes import turned
 from scan_files import moving_body, scanned_in_a_room
 
 import dynmesh
-from dynmesh import degrade
+from dynmesh import losses
 from dynmesh.scans import (
     DepthScan,
     Rig,
@@ -163,9 +163,9 @@ def test_what_images_hold_is_named_and_stated_in_the_file(
     targets = points[[0, 100, 200, 300]] / 3
     around = [
         replace(camera, target=tuple(target), field_of_view=95.0)
-        for camera, target in zip(degrade.orbit(points, 4, distance=0.9)(0), targets, strict=True)
+        for camera, target in zip(losses.orbit(points, 4, distance=0.9)(0), targets, strict=True)
     ]
-    (scan,) = degrade.depth_images(
+    (scan,) = losses.depth_images(
         body.vertices, body.faces, around, width=160, height=120, noise=0.02
     )
     cameras = [

@@ -10,7 +10,7 @@ from meshes import potato, turned
 from scan_files import error, moving_body, room_around, scanned_in_a_room
 
 import dynmesh
-from dynmesh import degrade
+from dynmesh import losses
 from dynmesh.geometry import mean_edge_of
 from dynmesh.scans import (
     PointScan,
@@ -126,8 +126,8 @@ def test_planes_of_a_room_are_found_and_a_flat_subject_is_kept() -> None:
     k = len(body.vertices)
     frame = np.concatenate([body.vertices, room.vertices])
     faces = np.concatenate([body.faces, room.faces + k])
-    cameras = degrade.orbit(body.vertices, 4)(0)
-    (found,) = degrade.scan_points([frame], faces, cameras, points=5000, noise=0.03)
+    cameras = losses.orbit(body.vertices, 4)(0)
+    (found,) = losses.scan_points([frame], faces, cameras, points=5000, noise=0.03)
     size = float(np.linalg.norm(np.ptp(body.vertices, axis=0)))
     edge = mean_edge_of(body.vertices, body.faces)
     planes = planes_of_background(found.points, thickness=edge, size=size)

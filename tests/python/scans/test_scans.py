@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 from meshes import Array, Mesh, potato
 from tracking_reference import places
 
-from dynmesh import degrade
-from dynmesh.degrade import Camera
-from dynmesh.degrade.visibility import depth_buffer, intrinsics_of, pose_of
+from dynmesh import losses
 from dynmesh.geometry import mean_edge_of
+from dynmesh.losses import Camera
+from dynmesh.losses.visibility import depth_buffer, intrinsics_of, pose_of
 from dynmesh.scans import DepthScan, PointScan
 
 NEAR_X = Camera((4.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 60.0)
@@ -23,7 +23,7 @@ NEAR_X = Camera((4.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 60.0)
 def seen(mesh: Mesh, *cameras: Camera) -> Array:
     """Returns the mask of frame 1, since frame 0 is always complete."""
     frames = [mesh.vertices, mesh.vertices]
-    return list(degrade.camera_known(frames, mesh.faces, cameras))[1]
+    return list(losses.camera_known(frames, mesh.faces, cameras))[1]
 
 
 def in_image(vertices: Array, camera: Camera) -> Array:
@@ -133,14 +133,14 @@ def test_what_is_not_finite_is_not_seen_and_hides_nothing() -> None:
 
 def test_moving_cameras_are_asked_for_every_frame_after_the_first() -> None:
     mesh = potato(np.random.default_rng(7))
-    cameras = degrade.orbit(mesh.vertices, 2, degrees_per_frame=30.0)
+    cameras = losses.orbit(mesh.vertices, 2, degrees_per_frame=30.0)
     asked = []
 
     def logged(frame: int) -> list[Camera]:
         asked.append(frame)
         return cameras(frame)
 
-    masks = list(degrade.camera_known([mesh.vertices] * 4, mesh.faces, logged))
+    masks = list(losses.camera_known([mesh.vertices] * 4, mesh.faces, logged))
     assert masks[0].all()
     assert asked == [1, 2, 3]
     for frame in (1, 2, 3):
@@ -150,7 +150,7 @@ def test_moving_cameras_are_asked_for_every_frame_after_the_first() -> None:
 
 def test_cameras_orbit_the_middle_of_the_mesh() -> None:
     box = np.array([[1.0, 2, 3], [3, 5, 9]], np.float32)  # a diagonal of 7 around (2, 3.5, 6)
-    cameras = degrade.orbit(box, 4, degrees_per_frame=10.0, elevation=30.0, distance=3.0)
+    cameras = losses.orbit(box, 4, degrees_per_frame=10.0, elevation=30.0, distance=3.0)
     level, height = 21 * np.cos(np.pi / 6), 21 * 0.5
     offsets = np.array([np.subtract(camera.position, camera.target) for camera in cameras(0)])
     expected = [[level, 0, height], [0, level, height], [-level, 0, height], [0, -level, height]]
@@ -159,20 +159,20 @@ def test_cameras_orbit_the_middle_of_the_mesh() -> None:
         assert camera.target == (2.0, 3.5, 6.0)
         assert camera.field_of_view == 40.0
     np.testing.assert_allclose(cameras(9)[0].position, cameras(0)[1].position, atol=1e-9)
-    (ahead,) = degrade.orbit(box, up=(5, 0, 0), elevation=0.0)(0)
+    (ahead,) = losses.orbit(box, up=(5, 0, 0), elevation=0.0)(0)
     np.testing.assert_allclose(ahead.position, [2, 3.5 + 14, 6], atol=1e-9)
     assert ahead.up == (1.0, 0.0, 0.0)
 
 
 def scan(mesh: Mesh, *cameras: Camera, **options: Any) -> PointScan:
     options = {"noise": 0.0, **options}
-    (found,) = degrade.scan_points([mesh.vertices], mesh.faces, cameras, points=400, **options)
+    (found,) = losses.scan_points([mesh.vertices], mesh.faces, cameras, points=400, **options)
     return found
 
 
 def images(mesh: Mesh, *cameras: Camera, **options: Any) -> DepthScan:
     options = {"noise": 0.0, **options}
-    (found,) = degrade.depth_images(
+    (found,) = losses.depth_images(
         [mesh.vertices], mesh.faces, cameras, width=64, height=48, **options
     )
     return found
@@ -219,9 +219,9 @@ def test_noise_has_its_size(options: Any) -> None:
     flat = square(0.0, 2.5, 30)
     size = options.get("noise", 0.02) * mean_edge_of(flat.vertices, flat.faces)
     given: Any = {"frames": [flat.vertices], "faces": flat.faces, "cameras": [NEAR_X], **options}
-    (cloud,) = degrade.scan_points(**given, points=400)
+    (cloud,) = losses.scan_points(**given, points=400)
     assert 0.85 < cloud.points[:, 0].std() / size < 1.15
-    (seen,) = degrade.depth_images(**given, width=64, height=48)
+    (seen,) = losses.depth_images(**given, width=64, height=48)
     measured = seen.depth[0][seen.depth[0] > 0]
     assert len(measured) > 400
     assert 0.85 < measured.std() / size < 1.15
@@ -259,7 +259,7 @@ def test_holes_are_patches_that_stay() -> None:
     camera = Camera((15.0, 15.0, 60.0), (15.0, 15.0, 0.0), (1.0, 0.0, 0.0), 60.0)
     seen = np.zeros((3, 30, 30), bool)
     options: Any = {"points": 4000, "noise": 0.0, "holes": 0.5}
-    clouds = degrade.scan_points([mesh.vertices] * 3, mesh.faces, [camera], **options)
+    clouds = losses.scan_points([mesh.vertices] * 3, mesh.faces, [camera], **options)
     for filled, cloud in zip(seen, clouds, strict=True):
         filled[tuple(np.floor(cloud.points[:, :2]).astype(int).T)] = True
     first, second, third = seen[:, :29, :29]
@@ -277,7 +277,7 @@ def test_surfaces_edge_on_return_nothing() -> None:
 def test_frames_without_a_surface_are_empty() -> None:
     mesh = potato(np.random.default_rng(2))
     gone = np.full_like(mesh.vertices, np.nan)
-    first, second = degrade.scan_points([mesh.vertices, gone], mesh.faces, 1, points=50)
+    first, second = losses.scan_points([mesh.vertices, gone], mesh.faces, 1, points=50)
     assert (len(first.points), len(second.points)) == (50, 0)
-    _, empty = degrade.depth_images([mesh.vertices, gone], mesh.faces, 1, width=20, height=10)
+    _, empty = losses.depth_images([mesh.vertices, gone], mesh.faces, 1, width=20, height=10)
     assert not empty.depth[0].any()

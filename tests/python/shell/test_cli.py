@@ -27,7 +27,7 @@ from dynmesh.frames import Stored
 
 N_FRAMES = 12
 TRUTH = dynmesh.synth.ocean(N_FRAMES, seed=2)
-KNOWN = np.stack(list(dynmesh.degrade.random_known(N_FRAMES, 2500, 0.3, seed=1)))
+KNOWN = np.stack(list(dynmesh.losses.random_known(N_FRAMES, 2500, 0.3, seed=1)))
 
 
 @pytest.fixture(scope="module")
@@ -53,7 +53,7 @@ def test_the_main_job_equals_the_library(job: Path) -> None:
     assert completed.fps == partial.fps == truth.fps == 30
 
 
-FRAMES, FACES, DEGRADE = TRUTH.vertices, TRUTH.faces, dynmesh.degrade
+FRAMES, FACES, DEGRADE = TRUTH.vertices, TRUTH.faces, dynmesh.losses
 LOSSES: dict[str, tuple[Any, Any]] = {
     "--camera 2": (
         lambda: DEGRADE.camera_known(FRAMES, FACES, DEGRADE.orbit(FRAMES.reshape(-1, 3), 2)),

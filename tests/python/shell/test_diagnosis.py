@@ -1,4 +1,4 @@
-"""The findings of `dynmesh.diagnose` and `dynmesh info`."""
+"""The findings of `dynmesh.diagnosis.diagnose` and `dynmesh info`."""
 
 import json
 import re
@@ -18,7 +18,7 @@ from meshes import Mesh, join, meshes, sheet
 from reference import directed_edges, mean_edge
 
 import dynmesh
-from dynmesh import Sequence, degrade, synth
+from dynmesh import Sequence, losses, synth
 from dynmesh.diagnosis.finding import CODES
 from dynmesh.verbs.info import frame_time
 
@@ -104,14 +104,14 @@ def broken(code: str) -> tuple[Sequence, Expected]:
 WALKER = synth.walker(40)
 
 
-def codes(diagnosis: dynmesh.Diagnosis) -> list[str]:
+def codes(diagnosis: dynmesh.diagnosis.Diagnosis) -> list[str]:
     return [finding.code for finding in diagnosis.findings]
 
 
 @pytest.mark.parametrize("code", CODES)
 def test_what_is_broken_is_found_where_it_is(code: str) -> None:
     sequence, expected = broken(code)
-    found = {finding.code: finding for finding in dynmesh.diagnose(sequence).findings}
+    found = {finding.code: finding for finding in dynmesh.diagnosis.diagnose(sequence).findings}
     assert set(found) == {code}
     finding = found[code]
     assert finding.count == expected.number
@@ -133,15 +133,15 @@ def test_what_is_broken_is_found_where_it_is(code: str) -> None:
     ids=["sheet", "one frame", "square", "ocean", "walker"],
 )
 def test_sound_sequences_have_no_findings_whatever_is_lost(sequence: Sequence) -> None:
-    diagnosis = dynmesh.diagnose(sequence)
+    diagnosis = dynmesh.diagnosis.diagnose(sequence)
     assert codes(diagnosis) == []
     assert diagnosis.severity is None
     n_frames, k, _ = sequence.vertices.shape
     for share in (0.3, 0.1) if k > 1000 else ():  # of so few, some would never be seen
-        known = np.stack(list(degrade.random_known(n_frames, k, share)))
-        assert codes(dynmesh.diagnose(replace(sequence, known=known))) == []
+        known = np.stack(list(losses.random_known(n_frames, k, share)))
+        assert codes(dynmesh.diagnosis.diagnose(replace(sequence, known=known))) == []
         holes = np.where(known[..., None], sequence.vertices, np.float32(np.nan))
-        assert codes(dynmesh.diagnose(replace(sequence, vertices=holes))) == []
+        assert codes(dynmesh.diagnosis.diagnose(replace(sequence, vertices=holes))) == []
 
 
 @pytest.mark.parametrize(("times", "at", "leaps"), [(5, 8, []), (7, 8, [8]), (7, 2, [2])])
@@ -152,7 +152,7 @@ def test_a_leap_is_six_times_as_long_as_other_steps(
     step = 0.01 * np.linalg.norm(np.ptp(mesh.vertices, axis=0))
     moved = step * np.cumsum([times if n == at else float(n > 0) for n in range(16)])
     vertices = mesh.vertices + moved[:, None, None] * np.array([0, 0, 1])
-    found = dynmesh.diagnose(Sequence(vertices, mesh.faces)).findings
+    found = dynmesh.diagnosis.diagnose(Sequence(vertices, mesh.faces)).findings
     assert [finding.where.frames.tolist() for finding in found] == ([leaps] if leaps else [])
 
 
@@ -162,20 +162,20 @@ def test_where_few_vertices_are_seen_the_positions_of_others_do_not_count() -> N
     known[0] = True
     far = sound.vertices + 100.0 * (np.arange(16) % 2)[:, None, None]
     vertices = np.where(known[..., None], sound.vertices, far)
-    assert codes(dynmesh.diagnose(replace(sound, vertices=vertices, known=known))) == []
+    assert codes(dynmesh.diagnosis.diagnose(replace(sound, vertices=vertices, known=known))) == []
 
 
 def test_recordings_raise_no_false_alarm(data: Path) -> None:
     for path in sorted(set(data.glob("*.npz")) - set(data.glob("*_scans.npz"))):
-        diagnosis = dynmesh.diagnose(dynmesh.read(path)[:60])
+        diagnosis = dynmesh.diagnosis.diagnose(dynmesh.read(path)[:60])
         assert codes(diagnosis) == [], path
 
 
 def test_most_outliers_are_found_and_nothing_else() -> None:
     truth = WALKER.vertices[:20]
-    frames = np.stack(list(degrade.add_outliers(truth, WALKER.faces, 0.01)))
+    frames = np.stack(list(losses.add_outliers(truth, WALKER.faces, 0.01)))
     astray = (frames != truth).any(axis=2)
-    (finding,) = dynmesh.diagnose(replace(WALKER, vertices=frames)).findings
+    (finding,) = dynmesh.diagnosis.diagnose(replace(WALKER, vertices=frames)).findings
     assert finding.code == "outliers"
     assert 0.9 * astray.sum() < finding.count <= astray.sum()
     assert not set(finding.where.vertices) - set(np.flatnonzero(astray.any(axis=0)))
@@ -186,21 +186,25 @@ def test_a_start_that_is_put_together_is_described() -> None:
     sequence.vertices[:, :20] = np.nan
     sequence.vertices[3, 10:15] = 1.0
     sequence.vertices[7, 5:10] = sequence.vertices[7, 50]
-    finding = dynmesh.diagnose(sequence).findings[0]
+    finding = dynmesh.diagnosis.diagnose(sequence).findings[0]
     assert (finding.code, finding.severity) == ("first_frame_incomplete", "warning")
     assert "frame 7, which knows most vertices, 85 %; 5 % are put together" in finding.advice
     sequence.vertices[:, 30:60] = np.nan
-    stated = [one.code for one in dynmesh.diagnose(sequence).findings if "40 %" in str(one)]
+    stated = [
+        one.code for one in dynmesh.diagnosis.diagnose(sequence).findings if "40 %" in str(one)
+    ]
     assert stated == ["never_seen"]
     nothing = replace(sequence, vertices=sequence.vertices * np.nan)
-    assert dynmesh.diagnose(nothing).severity == "error"
+    assert dynmesh.diagnosis.diagnose(nothing).severity == "error"
 
 
 @pytest.mark.parametrize(("dtype", "limit"), [(np.float32, 1e18), (np.float64, 1e200)])
 def test_what_is_too_large_is_what_completion_refuses(dtype: type, limit: float) -> None:
     sequence = moving(sheet(12), dtype=dtype)
     sequence.vertices[4, 5] = 1.01 * limit
-    finding = next(f for f in dynmesh.diagnose(sequence).findings if f.severity == "error")
+    finding = next(
+        f for f in dynmesh.diagnosis.diagnose(sequence).findings if f.severity == "error"
+    )
     assert (finding.code, finding.where.frames.tolist()) == ("known_not_finite", [4])
     assert f"beyond {limit:.0e}".replace("+", "") in finding.message
     with pytest.raises(ValueError, match="frame 4: points: row 5"):
@@ -208,7 +212,7 @@ def test_what_is_too_large_is_what_completion_refuses(dtype: type, limit: float)
     allowed = limit if dtype == np.float32 else 1e150  # beyond that, squares overflow
     sequence = moving(sheet(12), dtype=np.float64)
     largest = (sequence.vertices / np.abs(sequence.vertices).max() * allowed).astype(dtype)
-    assert not dynmesh.diagnose(replace(sequence, vertices=largest)).count("error")
+    assert not dynmesh.diagnosis.diagnose(replace(sequence, vertices=largest)).count("error")
     list(to_file.pushed(sequence.faces, iter(largest)))
 
 
@@ -216,7 +220,7 @@ def test_zeros_of_the_first_frame_are_no_vertices_at_one_place() -> None:
     """A single vertex may really be at the origin."""
     vertices = X + np.float32(1)
     vertices[0, [3, 7]] = vertices[4, 5] = 0
-    found = dynmesh.diagnose(replace(SOUND, vertices=vertices)).findings
+    found = dynmesh.diagnosis.diagnose(replace(SOUND, vertices=vertices)).findings
     by_code = {one.code: one for one in found}
     assert "coincident_vertices" not in by_code
     for code in ("zeros", "first_frame_incomplete"):
@@ -226,23 +230,27 @@ def test_zeros_of_the_first_frame_are_no_vertices_at_one_place() -> None:
 def test_empty_and_still_sequences_are_diagnosed() -> None:
     nothing = np.full((3, 4, 3), np.nan)
     no_faces = np.empty((0, 3), np.int64)
-    assert "first_frame_incomplete" in codes(dynmesh.diagnose(Sequence(nothing, no_faces)))
-    found = dynmesh.diagnose(Sequence(nothing, np.array([[0, 1, 2]]))).findings[0]
+    assert "first_frame_incomplete" in codes(
+        dynmesh.diagnosis.diagnose(Sequence(nothing, no_faces))
+    )
+    found = dynmesh.diagnosis.diagnose(Sequence(nothing, np.array([[0, 1, 2]]))).findings[0]
     assert (found.code, found.severity) == ("first_frame_incomplete", "error")
-    still = dynmesh.diagnose(Sequence(np.ones((3, 4, 3)), np.array([[0, 1, 2], [1, 2, 3]])))
+    still = dynmesh.diagnosis.diagnose(
+        Sequence(np.ones((3, 4, 3)), np.array([[0, 1, 2], [1, 2, 3]]))
+    )
     assert codes(still) == ["coincident_vertices"]
     json.dumps(still.as_dict(), allow_nan=False)
     with pytest.raises(ValueError, match="no frame"):
-        dynmesh.diagnose(Sequence(np.empty((0, 4, 3)), no_faces))
+        dynmesh.diagnosis.diagnose(Sequence(np.empty((0, 4, 3)), no_faces))
     with pytest.raises(ValueError, match="no vertices"):
-        dynmesh.diagnose(Sequence(np.empty((3, 0, 3)), no_faces))
+        dynmesh.diagnosis.diagnose(Sequence(np.empty((3, 0, 3)), no_faces))
 
 
 @settings(max_examples=150, deadline=None)
 @given(meshes())
 def test_the_findings_agree_with_the_core(mesh: Mesh) -> None:
     sequence = moving(mesh, 3)
-    diagnosis = dynmesh.diagnose(sequence)
+    diagnosis = dynmesh.diagnosis.diagnose(sequence)
     topology = dynmesh.Completer(mesh.faces, mesh.vertices).topology
     found = {finding.code: finding for finding in diagnosis.findings}
 
@@ -262,14 +270,14 @@ def test_the_mean_edge_is_what_noise_is_measured_in(tmp_path: Path) -> None:
     sequence = moving(sheet(12))
     edges = directed_edges(sequence.faces.astype(np.int64))
     mean = mean_edge(edges, sequence.vertices[0])
-    found = dynmesh.diagnose(sequence)
+    found = dynmesh.diagnosis.diagnose(sequence)
     assert found.mean_edge == pytest.approx(mean)
     assert found.as_dict()["mesh"]["mean_edge"] == found.mean_edge
     dynmesh.write(tmp_path / "a.npz", sequence)
     noisy = tmp_path / "noisy.npz"
     shown = run("degrade", tmp_path / "a.npz", noisy, "--noise", "0.2").stderr
     assert f"is {0.2 * mean:.3g}" in shown
-    point = dynmesh.diagnose(Sequence(np.zeros((2, 3, 3)), np.array([[0, 1, 2]])))
+    point = dynmesh.diagnosis.diagnose(Sequence(np.zeros((2, 3, 3)), np.array([[0, 1, 2]])))
     assert point.mean_edge is None
 
 
@@ -280,7 +288,7 @@ def test_memory_does_not_grow_with_the_frames(tmp_path: Path) -> None:
         longer = np.tile(ocean.vertices, (repetitions, 1, 1))
         dynmesh.write(tmp_path / "a.npy", replace(ocean, vertices=longer, fps=None))
         tracemalloc.start()
-        dynmesh.diagnose(tmp_path / "a.npy")
+        dynmesh.diagnosis.diagnose(tmp_path / "a.npy")
         peaks.append(tracemalloc.get_traced_memory()[1])
         tracemalloc.stop()
     assert peaks[1] < peaks[0] + 300_000

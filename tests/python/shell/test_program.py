@@ -24,7 +24,7 @@ class Job:
         self.folder = folder
         self.sequence = sequence
         n, k, _ = sequence.vertices.shape
-        masks = np.stack(list(dynmesh.degrade.random_known(n, k, share, seed=3)))
+        masks = np.stack(list(dynmesh.losses.random_known(n, k, share, seed=3)))
         self.partial: NDArray[np.float32] = np.where(
             masks[..., None], sequence.vertices, np.float32("nan")
         )[1:]

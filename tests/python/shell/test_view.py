@@ -83,7 +83,7 @@ def test_the_page_states_its_name_and_what_is_left_out(tmp_path: Path, browser: 
     vertices = np.stack([mesh.vertices] * 7).astype(np.float32)
     write(tmp_path / name, Sequence(vertices, mesh.faces))
     with open_sequence(tmp_path / name) as reader:
-        view(reader, tmp_path / "page.html", max_frames=3, max_vertices=400)
+        view(reader, max_frames=3, max_vertices=400).write(tmp_path / "page.html")
     page = Page(browser, tmp_path / "page.html")
     assert page.text("name") == name
     assert all(url.startswith(("file:", "blob:")) for url in page.requests)

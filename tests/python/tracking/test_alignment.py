@@ -15,11 +15,11 @@ ANGLES = [[0.4, 0.2, -0.3], [1.9, 1.2, 0.6], [-2.6, 2.9, 1.1], [0, 3.1, 2.2]]
 TURNS = [Rotation.from_euler("zxz", angles) for angles in ANGLES]
 
 
-def found_in(scan: Array, mesh: Mesh = TORUS) -> dynmesh.Alignment:
-    return dynmesh.find_alignment(mesh.faces, mesh.vertices, scan)
+def found_in(scan: Array, mesh: Mesh = TORUS) -> dynmesh.alignment.Alignment:
+    return dynmesh.alignment.find_alignment(mesh.faces, mesh.vertices, scan)
 
 
-def moved(found: dynmesh.Alignment, vertices: Array = TORUS.vertices) -> Array:
+def moved(found: dynmesh.alignment.Alignment, vertices: Array = TORUS.vertices) -> Array:
     return np.asarray(vertices @ found.rotation.T + found.shift)
 
 

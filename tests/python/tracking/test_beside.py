@@ -1,6 +1,5 @@
-"""What `track` and `registered` write beside their frames: when, how often and where."""
+"""What commands write beside frames: when, how often and where."""
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +10,7 @@ from scan_files import moving_body
 import dynmesh
 from dynmesh.formats.place import Place
 
-Verb = Callable[[Path], Any]
+SUFFIX = {"track": ".csv", "register": ".html"}
 
 
 @pytest.fixture(scope="module")
@@ -24,74 +23,44 @@ def scans(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return made
 
 
-@pytest.fixture(params=["track", "registered"])
-def verb(request: pytest.FixtureRequest, scans: Path) -> Verb:
-    """A verb as a function of the file that it writes beside the frames."""
-    body = scans / "body.obj"
+@pytest.fixture(params=SUFFIX)
+def words(request: pytest.FixtureRequest, scans: Path, tmp_path: Path) -> list[Any]:
+    """A command that writes a file beside the frames."""
+    beside, out = tmp_path / f"beside{SUFFIX[request.param]}", tmp_path / "out.npz"
     if request.param == "track":
-        return lambda path: dynmesh.track(
-            scans / "points", template=body, csv=path.with_suffix(".csv")
-        )
-    pytest.importorskip("PIL")
+        return ["track", scans / "points", out, "--template", scans / "body.obj", "--csv", beside]
     scan = scans / "points" / "frame_00000.ply"
-    return lambda path: dynmesh.registered(body, scan, page=path.with_suffix(".html"))
+    return ["register", scans / "body.obj", scan, out, "--page", beside]
 
 
-def beside(folder: Path) -> list[Path]:
-    return sorted([*folder.glob("beside.*"), *folder.glob(".*")])
-
-
-def test_each_pass_writes_it_anew(verb: Verb, tmp_path: Path) -> None:
-    frames = verb(tmp_path / "beside")
-    assert len(dynmesh.read(frames)) == len(frames)
-    (path,) = beside(tmp_path)
-    first = path.read_text()
-    path.unlink()
-    dynmesh.write(tmp_path / "first.npz", frames)
-    dynmesh.write(tmp_path / "second.npz", dynmesh.convert(frames, scale=2))
-    assert beside(tmp_path) == [path]
-    assert len(path.read_text().splitlines()) == len(first.splitlines())
-
-
-def test_a_failed_write_leaves_none(
-    verb: Verb, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+def test_it_is_written_with_the_frames_or_not_at_all(
+    words: list[Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def fail(*_: object) -> None:
         raise OSError("the disk is full")
 
-    for frames in (verb(tmp_path / "beside"), dynmesh.convert(verb(tmp_path / "beside"), scale=2)):
-        with monkeypatch.context() as patched:
-            patched.setattr(Place, "fill", fail)
-            with pytest.raises(OSError, match="the disk is full"):
-                dynmesh.write(tmp_path / "out.npz", frames)
-        assert beside(tmp_path) == []
-    dynmesh.write(tmp_path / "out.npz", verb(tmp_path / "beside"))
-    assert len(beside(tmp_path)) == 1
+    with monkeypatch.context() as patched:
+        patched.setattr(Place, "fill", fail)
+        assert "the disk is full" in run(*words, code=1).stderr
+    assert [*tmp_path.iterdir()] == []
+    run(*words)
+    assert sorted(path.suffix for path in tmp_path.iterdir()) == sorted([".npz", words[-1].suffix])
+    words[-1].write_text("of another program")
+    (tmp_path / "out.npz").unlink()
+    assert f"{words[-1].name}: exists already" in run(*words, code=1).stderr
+    assert not (tmp_path / "out.npz").exists()  # it was refused before any work
+    assert words[-1].read_text() == "of another program"
+    run(*words, "--overwrite")
+    assert words[-1].read_text() != "of another program"
 
 
-def test_a_file_of_another_program_stays(verb: Verb, tmp_path: Path) -> None:
-    frames = verb(tmp_path / "beside")
-    dynmesh.read(frames)
-    (path,) = beside(tmp_path)
-    path.rename(tmp_path / "kept")  # which keeps its inode
-    path.write_text("of another program")
-    with pytest.raises(FileExistsError, match=r"beside\..*: exists already"):
-        dynmesh.write(tmp_path / "out.npz", frames)
-    assert path.read_text() == "of another program"
-    with pytest.raises(FileExistsError, match="exists already"):
-        verb(tmp_path / "beside")
-
-
-def test_it_is_written_where_it_was_when_it_was_given(
-    verb: Verb, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    frames = verb(Path("beside"))
-    (tmp_path / "elsewhere").mkdir()
-    monkeypatch.chdir(tmp_path / "elsewhere")
-    dynmesh.read(frames)
-    assert beside(Path()) == []
-    assert len(beside(tmp_path)) == 1
+def test_reports_write_tables_and_pages(scans: Path, tmp_path: Path) -> None:
+    tracked = dynmesh.track(scans / "points", template=scans / "body.obj").read()
+    tracked.report.write_csv(tmp_path / "quality.csv")
+    assert len((tmp_path / "quality.csv").read_text().splitlines()) == 3
+    scan = scans / "points" / "frame_00000.ply"
+    dynmesh.register(scans / "body.obj", scan).read().report.page(tmp_path / "page.html")
+    assert "body.obj registered with" in (tmp_path / "page.html").read_text()
 
 
 def test_tracked_frames_never_come_among_the_scans(scans: Path, tmp_path: Path) -> None:
@@ -100,5 +69,5 @@ def test_tracked_frames_never_come_among_the_scans(scans: Path, tmp_path: Path) 
     tracked = dynmesh.track(scans / "points", template=scans / "body.obj")
     for folder in (scans / "points", tmp_path / "linked"):
         with pytest.raises(ValueError, match="is in the folder of the input"):
-            dynmesh.write(folder / "tracked_%d.ply", tracked)
+            tracked.write(folder / "tracked_%d.ply")
     assert sorted((scans / "points").iterdir()) == before

@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 import dynmesh
-from dynmesh import Tracker, degrade
+from dynmesh import Tracker, losses
 
 FRAMES = 10
 
@@ -215,10 +215,10 @@ def tracked(
 
     `kept` tells which points, of a frame with these vertices, are passed on.
     """
-    around = degrade.orbit(
+    around = losses.orbit(
         np.stack([frames.min(axis=(0, 1)), frames.max(axis=(0, 1))]), cameras, distance=6.0
     )(0)
-    scans = degrade.scan_points(frames[1:], faces, around, points=12_000, noise=0.05)
+    scans = losses.scan_points(frames[1:], faces, around, points=12_000, noise=0.05)
     tracker = Tracker(faces, frames[0])
     errors = []
     for truth, scan in zip(frames[1:], scans, strict=True):
@@ -281,7 +281,7 @@ def test_the_parts_of_a_beetle_follow_each_other(cameras: int, mean: float) -> N
 def test_what_was_learned_of_parts_is_in_the_state() -> None:
     """A restored tracker goes on as the original does, also from bodies that have parted."""
     faces, frames, _ = frames_of(bodies_that_part)
-    scans = list(degrade.scan_points(frames[1:], faces, 2, points=6000, noise=0.05))
+    scans = list(losses.scan_points(frames[1:], faces, 2, points=6000, noise=0.05))
     tracker = Tracker(faces, frames[0])
     for scan in scans[:4]:
         tracker.push(scan.points, scan.normals)

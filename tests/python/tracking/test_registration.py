@@ -17,7 +17,7 @@ from dynmesh.scans import PointScan
 from dynmesh.tracking.placing import push_scan
 
 
-def register(mesh: Mesh, *scan: Array, **options: Any) -> dynmesh.Registration:
+def register(mesh: Mesh, *scan: Array, **options: Any) -> dynmesh.registration.Registration:
     found = dynmesh.register(mesh.faces, mesh.vertices, *scan, **options)
     doubt = found.unexplained / 0.03 + found.stretch / 0.13 + found.hole / 0.035
     doubt += found.overlap / 0.003 + found.disagreeing / 0.3
@@ -42,7 +42,7 @@ def test_all_that_can_be_given(rng: np.random.Generator) -> None:
     truth = Rotation.from_euler("xyz", [1, 2, 3]).apply(bent(TORUS.vertices, 0.1))
     points, normals = scan(TORUS, truth, rng)
     axes = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-    cameras = [camera for up in axes for camera in dynmesh.degrade.orbit(truth, 4, up=up)(0)]
+    cameras = [camera for up in axes for camera in dynmesh.losses.orbit(truth, 4, up=up)(0)]
     viewpoints = np.array([camera.position for camera in cameras])
     single = (1000 * TORUS.vertices).astype(np.float32)
     found = dynmesh.register(
@@ -95,7 +95,7 @@ def test_points_may_be_sparse(rng: np.random.Generator) -> None:
     lower = points[:, 2] < np.median(points[:, 2])
     found = register(mesh, points[lower], normals[lower])
     assert found.quality != "good"
-    (few,) = dynmesh.degrade.depth_images([mesh.vertices], mesh.faces, 4, width=160, height=120)
+    (few,) = dynmesh.losses.depth_images([mesh.vertices], mesh.faces, 4, width=160, height=120)
     assert dynmesh.register(mesh.faces, mesh.vertices, few).quality == "good"
 
 
@@ -212,9 +212,9 @@ def test_the_search_goes_on_if_the_best_coarse_pose_has_a_twisted_leg(data: Path
     for seed in (1, 3, 7):
         truth = Rotation.random(random_state=seed).apply(other)
         box = np.stack([truth.min(axis=0), truth.max(axis=0)])
-        ways = [dynmesh.degrade.orbit(box, 4, up=up) for up in ((1, 0, 0), (0, 1, 0), (0, 0, 1))]
+        ways = [dynmesh.losses.orbit(box, 4, up=up) for up in ((1, 0, 0), (0, 1, 0), (0, 0, 1))]
         cameras = [camera for around in ways for camera in around(0)]
-        (seen,) = dynmesh.degrade.scan_points([truth], mesh.faces, cameras, noise=0.05)
+        (seen,) = dynmesh.losses.scan_points([truth], mesh.faces, cameras, noise=0.05)
         found = dynmesh.register(mesh.faces, mesh.vertices, seen.points, seen.normals)
         n_right += error(mesh, truth, found.vertices) < 0.5 and found.quality == "good"
     assert n_right > 1

@@ -15,7 +15,7 @@ from tracking_reference import Tracked, estimated_normals, vertex_normals
 
 import dynmesh
 from dynmesh import Tracker
-from dynmesh.degrade.visibility import visible
+from dynmesh.losses.visibility import visible
 from dynmesh.tracker import Resolution
 from dynmesh.tracking.placing import push_scan
 
@@ -139,7 +139,7 @@ def test_what_a_sensor_cannot_see_is_not_observed(rng: np.random.Generator) -> N
     tracker = Tracker(mesh.faces, mesh.vertices)
     points, normals = scan_of(mesh, mesh.vertices, 9000, rng)
     sensor = (20.0, 0.0, 0.0)
-    camera = dynmesh.degrade.Camera(sensor, (0, 0, 0), (0, 0, 1))
+    camera = dynmesh.losses.Camera(sensor, (0, 0, 0), (0, 0, 1))
     seen = visible(mesh.vertices, mesh.faces, camera)
     measured = seen[cKDTree(mesh.vertices).query(points)[1]]
     tracker.push(points[measured], normals[measured], viewpoints=np.array([sensor]))
@@ -206,8 +206,8 @@ def test_stray_points_do_not_hide_where_a_cloth_ends(data: Path) -> None:
     frames = flag.vertices[:6].astype(np.float64)
     mesh = Mesh(flag.faces.astype(np.int64), frames[0])
     box = np.stack([frames.min(axis=(0, 1)), frames.max(axis=(0, 1))])
-    camera = dynmesh.degrade.orbit(box, 1, distance=6, up=(0, 1, 0))(0)
-    scans = partial(dynmesh.degrade.scan_points, frames[1:], mesh.faces, camera, points=15_000)
+    camera = dynmesh.losses.orbit(box, 1, distance=6, up=(0, 1, 0))(0)
+    scans = partial(dynmesh.losses.scan_points, frames[1:], mesh.faces, camera, points=15_000)
     errors = []
     for outliers in (0, 0.1):
         tracker = Tracker(mesh.faces, mesh.vertices)

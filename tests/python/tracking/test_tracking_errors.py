@@ -216,8 +216,8 @@ def test_a_component_without_points_follows_the_others_and_may_be_anywhere() -> 
 
 def images_of(mesh: Mesh, vertices: Array, n_cameras: int = 2) -> DepthScan:
     """What cameras around the mesh see of it."""
-    cameras = dynmesh.degrade.orbit(mesh.vertices, n_cameras)
-    return next(dynmesh.degrade.depth_images([vertices], mesh.faces, cameras, width=96, height=96))
+    cameras = dynmesh.losses.orbit(mesh.vertices, n_cameras)
+    return next(dynmesh.losses.depth_images([vertices], mesh.faces, cameras, width=96, height=96))
 
 
 @pytest.mark.parametrize("change", ["rounding", "order"])

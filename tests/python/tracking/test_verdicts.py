@@ -102,7 +102,7 @@ def test_a_template_that_is_turned_in_place_does_not_lie_in_the_scan(
 ) -> None:
     points, _ = scan(MESH, MESH.vertices, rng)
     template = around_itself(degrees, MESH.vertices, axis)
-    found = dynmesh.find_alignment(MESH.faces, template, points)
+    found = dynmesh.alignment.find_alignment(MESH.faces, template, points)
     assert found.before < 5
     assert found.lies_in_scan == lies_there
     assert found.matches

@@ -9,10 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..._checks import path_of
 from ..._errors import InputError, locating
 from ..._extras import require_all
 from ..._progress import tracked
 from ..._report import Report
+from ...formats import PathLike
 from ...formats.times import mean_rate
 from ...frames import Frames, frame_at
 from ...geometry import likely_up
@@ -74,6 +76,10 @@ class Page(Report):
         shown = f"; it shows {self.shown}" if str(self.shown) else ""
         return [f"open it in a browser{shown}", *super().lines()]
 
+    def write(self, path: PathLike) -> None:
+        """Writes the page to an HTML file."""
+        path_of("path", path).write_text(self.html, encoding="utf-8")
+
     def _repr_html_(self) -> str:
         """The page in a frame, as notebooks show it."""
         return framed(self.html)
@@ -104,7 +110,7 @@ def page(
     azimuth: float = 60.0,
     max_frames: int = 120,
     max_vertices: int = 20_000,
-    progress: bool = False,
+    progress: bool | None = None,
 ) -> Page:
     """Creates a page that plays a sequence.
 

@@ -25,7 +25,7 @@ class World:
         self.completer = self.make()
         self.completer.push(turned(mesh.vertices, 0.1), self.known)
         self.single = dynmesh.Completer(self.faces, self.vertices.astype(np.float32))
-        self.cameras = dynmesh.degrade.orbit(self.vertices, 1)
+        self.cameras = dynmesh.losses.orbit(self.vertices, 1)
         self.folder = folder
         vertices = np.stack([self.vertices, self.points, self.points])
         self.sequence = dynmesh.Sequence(vertices, self.faces, fps=30.0)

@@ -160,7 +160,9 @@ shell = [
     refused("convert foo.ply new.npz", "foo.ply: line 2:", "foo"),
     refused("convert clouds new", "clouds/a_1.xyz: line 1:"),
     refused("convert clouds new.npz", "new.npz: scans are written to a folder", ".npz"),
-    misused("convert clouds/a_0.xyz new.ply --output-format obj", "--output-format: must be ply"),
+    misused(
+        "convert clouds/a_0.xyz new.ply --output-format obj", "--output-format: is for sequences"
+    ),
     refused("complete late_known.npz new/deep/out.npz", "late_known.npz: frame 1: points: row 4"),
     refused("complete late_known.npz new/deep/out_%04d.ply", "late_known.npz: frame 1: "),
     misused(f"{_COMPLETE} --start half", "--start:", "'half'"),

@@ -116,7 +116,7 @@ reading = [
     _read("`known`: a file of text", lambda _: dynmesh.read("body.npz", known="text.npy"), ValueError, "text.npy:", "mask"),
     _read("`known`: a file of numbers", lambda _: dynmesh.read("body.npz", known="numbers.npy"), ValueError, "numbers.npy: known:", "float64"),
     *(_read(f"`known`: {text!r}", lambda _, n=n: dynmesh.read("body.npz", known=f"damaged_{n}.txt"), ValueError, f"damaged_{n}.txt: {told}") for n, (text, told) in enumerate(_LISTS.items())),
-    _read("`missing='nan'`", lambda _: dynmesh.read("body.npz", missing="nan"), ValueError, "missing:", "'nan'"),  # type: ignore[arg-type]
+    _read("`missing='nan'`", lambda _: dynmesh.read("body.npz", missing="nan"), ValueError, "missing:", "'nan'"),
     *(_open(f"{name}, which is not there", lambda _, name=name: dynmesh.open(name), FileNotFoundError, name)
       for name in (f"none{'_%d' * ('gaps' in one.takes)}{one.suffixes[0]}" for one in FORMATS.values())),
     _open("a mesh that is not there", lambda _: dynmesh.open("scene.abc", prim="/no"), ValueError, "scene.abc:", "'/no'", "/mesh"),
@@ -135,9 +135,9 @@ writing = [
     _write("over a folder", lambda w: dynmesh.write("folder.npz", w.sequence), ValueError, "folder.npz:", "folder"),
     _write("`faces`: a number", lambda w: _written(w, faces=3), ValueError, "faces:", "(m, 3)", "()"),
     _write("`dtype`: int", lambda w: _written(w, dtype=int), TypeError, "int64"),
-    _write("`origin`: a path", lambda w: _written(w, origin="body.obj"), TypeError, "origin:", "another sequence"),
+    _write("`origin`: a path", lambda w: dynmesh.Sequence(w.sequence.vertices, w.faces, origin="body.obj"), TypeError, "origin:", "another sequence"),  # type: ignore[arg-type]
     _write("`times`: a list", lambda w: _written(w, times=[0.0, 1, 2]), TypeError, "times:", "numpy array", "list"),
-    _write("a mask one too small", lambda w: _written(w, dynmesh.Frame(w.points, w.known[:48]), has_known=True), ValueError, "frames: frame 0:", "known:", "(49,)", "(48,)"),
+    _write("a mask one too small", lambda w: _written(w, dynmesh.Frame(w.points, w.known[:48]), attributes=["known"]), ValueError, "frames: frame 0:", "known:", "(49,)", "(48,)"),
     _write("frames of float32, announced as float64", lambda w: _written(w, w.points.astype(np.float32)), ValueError, "frames: frame 0:", "float64", "float32"),
     _write("a mask that was not announced", lambda w: _written(w, dynmesh.Frame(w.points, w.known)), ValueError, "frames: frame 0:", "mask"),
     _write("provenance that is not there", lambda w: dynmesh.write("new.npz", w.sequence, provenance=True), ValueError, "provenance:", "none"),
@@ -156,7 +156,7 @@ def _converted(world: World, **options: Any) -> Any:
 
 
 completing = [
-    _complete("arrays instead of a path", lambda w: _to_new(w, path=w.sequence.vertices), TypeError, "path:", "must be a path, frames"),
+    _complete("arrays instead of a path", lambda w: _to_new(w, path=w.sequence.vertices), TypeError, "faces:", "missing"),
     _complete("`template`: an array", lambda w: _to_new(w, template=w.sequence.vertices[0]), TypeError, "template:", "must be a path, not ndarray"),
     _complete("an output that exists", lambda _: to_file.complete("body.npz", "other.npz"), FileExistsError, "other.npz:", "overwrite"),
     _complete("the input as output", lambda _: to_file.complete("body.npz", "body.npz", overwrite=True), ValueError, "body.npz:", "input"),

@@ -35,21 +35,21 @@ def _stream(world: World, last: Any) -> Any:
 
 
 streams = [
-    _complete("an array", lambda w: dynmesh.complete(w.points), TypeError, "sequence:", "path", "ndarray"),
+    _complete("an array", lambda w: dynmesh.complete(w.points), TypeError, "faces:", "missing"),
     _complete("infinity in frame 2, marked known", lambda w: _stream(w, w.with_value(np.inf)), ValueError, "frame 2: points: row 4", "inf"),
     _complete("`start`: a frame that is not there", lambda w: dynmesh.complete(w.sequence, start=99), ValueError, "start:", "no frame 99"),
     _complete("`speed=1`", lambda w: dynmesh.complete(w.sequence, speed=1), TypeError, "'speed'"),  # type: ignore[call-arg]
     _complete("`noise=-1`", lambda w: dynmesh.complete(w.sequence, noise=-1.0), ValueError, "noise:", "-1"),
-    _complete("a report before its time", lambda w: dynmesh.complete(w.sequence).report, ValueError, "report:", "gone through"),
+    _complete("a report before its time", lambda _: dynmesh.complete("body.npz").report, ValueError, "report:", "gone through"),
 ]  # fmt: skip
 
 _cells = of("cells")
 
 topology = [
-    _cells("`n_vertices`: -1", lambda w: dynmesh.cells(w.faces, -1), ValueError, "n_vertices:", "-1"),
-    _cells("`n_vertices`: 49.0", lambda w: dynmesh.cells(w.faces, 49.0), TypeError, "n_vertices:", "49.0"),  # type: ignore[arg-type]
-    _cells("`n_vertices`: 2^31", lambda w: dynmesh.cells(w.faces, 2**31), ValueError, "n_vertices:", str(2**31)),
-    _cells("`n_vertices`: one too few", lambda w: dynmesh.cells(w.faces, 48), ValueError, "faces: face 71", "vertex 48", "48 vertices"),
+    _cells("`n_vertices`: -1", lambda w: dynmesh.topology.cells(w.faces, -1), ValueError, "n_vertices:", "-1"),
+    _cells("`n_vertices`: 49.0", lambda w: dynmesh.topology.cells(w.faces, 49.0), TypeError, "n_vertices:", "49.0"),  # type: ignore[arg-type]
+    _cells("`n_vertices`: 2^31", lambda w: dynmesh.topology.cells(w.faces, 2**31), ValueError, "n_vertices:", str(2**31)),
+    _cells("`n_vertices`: one too few", lambda w: dynmesh.topology.cells(w.faces, 48), ValueError, "faces: face 71", "vertex 48", "48 vertices"),
 ]  # fmt: skip
 
 _nmsve = of("metrics.nmsve")
@@ -105,7 +105,7 @@ _render = of("draw.figures.render")
 
 def _put_together(world: World, frames: Any = None, known: Any = None, **more: Any) -> Any:
     frames = world.sequence.vertices if frames is None else frames
-    return dynmesh.whole_frame(world.faces, frames, known, **more)
+    return dynmesh.whole_frames.whole_frame(world.faces, frames, known, **more)
 
 
 def _drawn(world: World, **more: Any) -> Any:

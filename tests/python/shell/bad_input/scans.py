@@ -12,7 +12,7 @@ from PIL import Image
 from scan_files import saved
 
 import dynmesh
-from dynmesh import degrade
+from dynmesh import losses
 from dynmesh.scans import (
     PointScan,
     Rig,
@@ -143,13 +143,13 @@ def _write_images(folder: Path) -> None:
 def _scan(**options: Any) -> Callable[[World], Any]:
     def run(world: World) -> Any:
         given = {"frames": [world.vertices], "faces": world.faces, **options}
-        return list(degrade.scan_points(**given))
+        return list(losses.scan_points(**given))
 
     return run
 
 
 def _image(**options: Any) -> Callable[[World], Any]:
-    return lambda w: list(degrade.depth_images([w.vertices], w.faces, **options))
+    return lambda w: list(losses.depth_images([w.vertices], w.faces, **options))
 
 
 def _track(scans: str, template: str = "template.npz", **options: Any) -> Callable[[World], Any]:
@@ -157,8 +157,8 @@ def _track(scans: str, template: str = "template.npz", **options: Any) -> Callab
     return lambda _: to_file.track(scans, template=template, **options)
 
 
-_points = of("degrade.scan_points")
-_depth = of("degrade.depth_images")
+_points = of("losses.scan_points")
+_depth = of("losses.depth_images")
 _read = of("scans.read_points")
 _rig = of("scans.read_cameras")
 _open = of("scans.open_scans")
@@ -235,8 +235,6 @@ cases = [
     _file("`remove_planes`: a word", _track("cloud", remove_planes="yes"), TypeError, "remove_planes:", "yes"),
     misused("track cloud new.npz --template template.npz --crop wide", "--crop", "wide"),
     refused("rig cloud --template template.npz", "cloud:", "point clouds"),
-    misused("rig dropped", "--template"),
-    misused("rig dropped --page new.html -o new.json", "--template"),
     misused("rig dropped --page new.html --crop 0.5", "--crop: needs a --template"),
     misused("rig dropped --page new.html --remove-planes", "--remove-planes: needs a --template"),
     misused("view template_m.npz --scans in_mm --scan-unit cm -o new.html", "in_mm:", "--scan-unit:", "0.001", "0.01"),

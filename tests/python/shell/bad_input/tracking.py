@@ -1,4 +1,4 @@
-"""Cases of dynmesh.Tracker, dynmesh.find_alignment and dynmesh.register."""
+"""Cases of dynmesh.Tracker, dynmesh.alignment.find_alignment and dynmesh.register."""
 
 from collections.abc import Callable
 from typing import Any
@@ -51,7 +51,7 @@ def _of(function: Any, frame: str, scan: str) -> Callable[..., Case]:
     return case
 
 
-_find = _of(dynmesh.find_alignment, "first_frame", "scan")
+_find = _of(dynmesh.alignment.find_alignment, "first_frame", "scan")
 _register = _of(dynmesh.register, "template", "points")
 
 

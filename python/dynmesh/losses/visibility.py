@@ -80,7 +80,7 @@ def orbit(
     distance: float = 2.0,
     up: tuple[float, float, float] = (0, 0, 1),
 ) -> Callable[[int], list[Camera]]:
-    """Creates cameras that circle a mesh and look at it, for :func:`dynmesh.degrade.camera_known`.
+    """Creates cameras that circle a mesh and look at it, for :func:`dynmesh.losses.camera_known`.
 
     They are evenly spaced around the centre of the bounding box of frame 0, and move
     counterclockwise about `up`. In frame 0 the first one stands in the direction of x, or of y if

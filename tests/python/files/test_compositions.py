@@ -1,0 +1,253 @@
+"""Verb after verb, over every format: they agree with the single steps, and none runs again."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from every_format import FORMATS, KNOWN, PARTIAL, place
+from sequences import sea
+from stages import BODY, production
+
+import dynmesh
+from dynmesh.completion.passes import Tally
+from dynmesh.formats.place import Place
+
+Verb = Callable[[Any], Any]
+TRUTH = sea(len(PARTIAL), 12, **PARTIAL.described() | {"faces": PARTIAL.faces})
+
+
+def converted(frames: Any) -> Any:
+    """In other axes and another unit, which are given where a file states none."""
+    header = (frames if hasattr(frames, "header") else dynmesh.open(frames)).header
+    stated: Any = {"up": header.up_axis or "y", "unit": header.metres_per_unit or "cm"}
+    return dynmesh.convert(frames, to_unit="mm", to_up="z", **stated)
+
+
+VERBS: dict[str, Verb] = {
+    "convert": converted,
+    "cut": lambda frames: dynmesh.convert(frames, frames=slice(0, 5), fps=30),
+    "degrade": lambda frames: dynmesh.degrade(frames, known=0.8, seed=7),
+    "complete": lambda frames: dynmesh.complete(frames, start="best"),
+}
+PAIRS = [*product(VERBS, VERBS)]
+
+
+@pytest.fixture(autouse=True)
+def pushes(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """How often a completer has completed a frame, a number for each time."""
+    counted, push = list[int](), dynmesh.Completer.push
+
+    def counting(self: Any, *given: Any, **options: Any) -> Any:
+        counted.append(self.n_frames)
+        return push(self, *given, **options)
+
+    monkeypatch.setattr(dynmesh.Completer, "push", counting)
+    return counted
+
+
+def assert_alike(one: dynmesh.Sequence, other: dynmesh.Sequence) -> None:
+    """In arrays, in all that they say, and in the quality and the words of their reports."""
+    arrays = (one.vertices, one.attributes()), (other.vertices, other.attributes())
+    np.testing.assert_equal(*arrays)
+    np.testing.assert_equal(one.described(), other.described())
+    assert (one.faces.tolist(), one.origin) == (other.faces.tolist(), other.origin)
+    told = [
+        None if each is None else (type(each), each.quality, each.reason, each.remarks)
+        for each in (one.report, other.report)
+    ]
+    assert told[0] == told[1]
+
+
+def opened(folder: Path, format: str) -> tuple[Path, dict[str, Any]]:
+    """A file of the format with what it can hold, and how it is read."""
+    path, faces = place(folder, format), folder / "faces.npz"
+    dynmesh.write(path, PARTIAL)
+    dynmesh.write(faces, TRUTH)
+    return path, {"known": KNOWN} if format in ("pc2", "obj") else {}
+
+
+@pytest.mark.filterwarnings("ignore::dynmesh.DoubtfulWarning")
+@pytest.mark.parametrize("format", FORMATS)
+def test_two_verbs_of_a_file_are_those_of_what_is_in_memory(tmp_path: Path, format: str) -> None:
+    path, how = opened(tmp_path, format)
+    for first, second in PAIRS:
+        one, other = VERBS[first], VERBS[second]
+        run = other(one(dynmesh.open(path, **how)))
+        assert isinstance(run, dynmesh.frames.Run)
+        in_memory = other(one(dynmesh.read(path, **how)))
+        assert isinstance(in_memory, dynmesh.Sequence)
+        by_steps = other(one(dynmesh.open(path, **how)).read())
+        kept = run.read()
+        assert_alike(kept, in_memory)
+        assert_alike(kept, by_steps)
+        with pytest.raises(ValueError, match=r"gone through.*read\(\)"):
+            run.read()
+
+
+@pytest.mark.filterwarnings("ignore::dynmesh.DoubtfulWarning")
+@pytest.mark.parametrize("format", FORMATS)
+def test_a_file_between_two_verbs_changes_nothing_that_it_can_hold(
+    tmp_path: Path, format: str
+) -> None:
+    path, how = opened(tmp_path, format)
+    for number, (first, second) in enumerate(PAIRS):
+        between, direct = place(tmp_path / str(number), format), place(tmp_path / "direct", format)
+        VERBS[first](dynmesh.open(path, **how)).write(between)
+        VERBS[second](between).write(between.with_name(f"last_{between.name}"))
+        VERBS[second](VERBS[first](dynmesh.open(path, **how))).write(direct)
+        one, other = (dynmesh.read(p) for p in (between.with_name(f"last_{between.name}"), direct))
+        same = ("up_axis", "metres_per_unit", "fps", "start", "name")
+        for name in same:
+            ours, theirs = getattr(one, name), getattr(other, name)
+            assert ours == theirs or ours == pytest.approx(theirs), (first, second, name)
+        if format in ("npz", "hdf5"):
+            np.testing.assert_equal(one.vertices, other.vertices)
+            np.testing.assert_equal(one.attributes(), other.attributes())
+
+
+@pytest.mark.filterwarnings("ignore::dynmesh.DoubtfulWarning")
+def test_no_verb_runs_again(pushes: list[int], tmp_path: Path) -> None:
+    n = len(PARTIAL)
+    completed = dynmesh.complete(dynmesh.degrade(PARTIAL, known=0.9), start=0)
+    assert len(pushes) == n - 1
+    dynmesh.evaluate(completed, TRUTH)
+    dynmesh.info(completed)
+    dynmesh.convert(completed, scale=2)
+    completed.write(tmp_path / "a.npz")
+    completed.write(tmp_path / "b.usda")
+    assert len(pushes) == n - 1
+    pushes.clear()
+    dynmesh.complete(dynmesh.complete(dynmesh.complete(tmp_path / "a.npz", start=0))).read()
+    assert len(pushes) == 3 * (n - 1)
+    pushes.clear()
+    run = dynmesh.complete(tmp_path / "a.npz", start=0)
+    dynmesh.evaluate(run, TRUTH)
+    assert run.report.completed == len(pushes) == n - 1
+    uses: list[Any] = [list, dynmesh.info, lambda frames: dynmesh.complete(frames).read()]
+    for again in (*uses, lambda frames: frames.write("c.npz")):
+        with pytest.raises(ValueError, match=r"a\.npz: its frames were gone through"):
+            again(run)
+    assert len(pushes) == n - 1
+
+
+@pytest.mark.parametrize("verb", VERBS)
+@pytest.mark.filterwarnings("ignore::dynmesh.DoubtfulWarning")
+def test_a_writer_that_fails_leaves_nothing_and_the_run_is_used(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, verb: str
+) -> None:
+    def fail(*_: object) -> None:
+        raise OSError("the disk is full")
+
+    dynmesh.write(tmp_path / "in.npz", PARTIAL)
+    run = VERBS[verb](tmp_path / "in.npz")
+    (tmp_path / "out.npz").write_text("older")
+    with pytest.raises(FileExistsError):
+        run.write(tmp_path / "out.npz", overwrite=False)
+    with monkeypatch.context() as patched:
+        patched.setattr(Place, "fill", fail)
+        with pytest.raises(OSError, match="the disk is full"):
+            run.write(tmp_path / "out.npz")
+    assert (tmp_path / "out.npz").read_text() == "older"
+    with pytest.raises(ValueError, match="gone through"):
+        run.write(tmp_path / "out.npz")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["in.npz", "out.npz"]
+
+
+def test_runs_find_their_files_through_links_and_from_other_folders(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "real").mkdir()
+    (tmp_path / "link").symlink_to(tmp_path / "real")
+    dynmesh.write(tmp_path / "real" / "in.npz", PARTIAL)
+    monkeypatch.chdir(tmp_path / "link")
+    run = dynmesh.complete(dynmesh.degrade("in.npz", known=0.9), start=0)
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    with pytest.raises(ValueError, match="is the input"):
+        run.write(tmp_path / "link" / "in.npz")
+    assert len(run.read()) == len(PARTIAL)
+    assert [*Path().iterdir()] == []
+
+
+@pytest.mark.filterwarnings("ignore::dynmesh.DoubtfulWarning")
+def test_an_origin_goes_on_until_more_than_positions_change(tmp_path: Path) -> None:
+    pytest.importorskip("pxr")
+    scene = production(tmp_path / "scene.usda")
+    body: Any = dynmesh.read(scene, prim=BODY)
+    scaled: Verb = lambda given: dynmesh.convert(given, scale=2)  # noqa: E731
+    for frames in (dynmesh.open(scene, prim=BODY), body):
+        for verb in (VERBS["degrade"], scaled):
+            assert verb(frames).origin == body.origin
+        completed = dynmesh.complete(frames, start="best")
+        assert completed.origin == replace(body.origin, is_below=True)
+        for changes in (
+            {"to_unit": "inch"},
+            {"to_up": "y"},
+            {"fps": 50},
+            {"frames": slice(502, 503)},
+        ):
+            changed: Any = dynmesh.convert(frames, **changes)
+            assert len(changed.origin.changed) == 1
+            again = dynmesh.complete(dynmesh.convert(changed, scale=3), start="best")
+            remarks = " ".join(again.write(tmp_path / "out.usda").remarks)
+            assert f"mesh alone, as scene.usda has another {changed.origin.changed[0]}" in remarks
+
+
+def test_a_ruined_second_pass_replaces_a_doubtful_first_one() -> None:
+    tally, known = Tally(np.zeros(3, np.bool_)), np.ones(3, np.bool_)
+    report = dynmesh.Completer([[0, 1, 2]], np.eye(3)).report
+    for quality in ("doubtful", "ruined", "doubtful"):
+        tally.add(1, replace(report, known=3, quality=quality), known)
+    assert tally.wrong[1].quality == "ruined"
+
+
+@pytest.mark.filterwarnings("ignore::dynmesh.DoubtfulWarning")
+def test_what_was_put_together_is_as_old_as_the_way_from_there() -> None:
+    known = np.random.default_rng(0).random((9, 100)) < 0.6
+    known[2:, 7] = False  # seen in the first two frames alone
+    completed = dynmesh.complete(sea(9, known=known), start=4)
+    age = completed.age[:, 7]
+    assert age[4:].tolist() == [0, 1, 2, 3, 4]  # from the whole frame on, which has it
+    assert age[:4].tolist() == [0 if seen else abs(4 - at) for at, seen in enumerate(known[:4, 7])]
+
+
+def test_a_title_cannot_end_the_script_of_a_page() -> None:
+    pytest.importorskip("k3d")
+    plain, hostile = (
+        dynmesh.view(TRUTH[:2], title=title).html for title in ("a", "</script><b>a</b>")
+    )
+    assert plain.count("</script>") == hostile.count("</script>") > 0
+
+
+def test_meshes_of_other_libraries_are_a_sequence() -> None:
+    trimesh, pyvista = pytest.importorskip("trimesh"), pytest.importorskip("pyvista")
+    completed = dynmesh.complete(sea(4, share=0.5, whole=[0]))
+    for back, kind in (("to_trimesh", trimesh.Trimesh), ("to_pyvista", pyvista.PolyData)):
+        meshes = [getattr(completed, back)(at) for at in range(4)]
+        assert isinstance(meshes[0], kind)
+        again = dynmesh.Sequence(meshes)
+        np.testing.assert_allclose(again.vertices, completed.vertices)
+        np.testing.assert_array_equal(again.faces, completed.faces)
+        np.testing.assert_array_equal(again.generation, completed.generation)
+        assert dynmesh.complete(meshes).report.completed == 3
+        with pytest.raises(ValueError, match="frame 2: is of another mesh than frame 0"):
+            dynmesh.Sequence([*meshes[:2], getattr(sea(1, grid=5), back)(0)])
+    with pytest.raises(TypeError, match="faces: are missing"):
+        dynmesh.Sequence(completed.vertices)
+    arrays = np.where(np.arange(100)[:, None] % 2, completed.vertices, np.nan)
+    arrays[0] = completed.vertices[0]
+    assert dynmesh.complete(arrays, completed.faces).report.filled == 150
+
+
+def test_a_doubt_is_warned_of_where_the_result_was_asked_for(tmp_path: Path) -> None:
+    order = np.random.default_rng(0).permutation(144)
+    wrong = replace(TRUTH, vertices=np.concatenate([TRUTH.vertices[:1], TRUTH.vertices[1:, order]]))
+    dynmesh.write(tmp_path / "wrong.npz", wrong)
+    for ask in (lambda: dynmesh.complete(wrong), dynmesh.complete(tmp_path / "wrong.npz").read):
+        with pytest.warns(dynmesh.DoubtfulWarning) as caught:
+            ask()
+        assert caught[0].filename == __file__
