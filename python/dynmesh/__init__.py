@@ -93,7 +93,6 @@ __all__ = [*_HOMES]
 
 
 def __getattr__(name: str) -> Any:
-    """Loads what is used for the first time."""
     if name == "__version__":
         result: Any = import_module("._core", __name__).__version__
     elif name in _MODULES or _HOMES.get(name) == name:

@@ -35,11 +35,7 @@ def plain(name: str, given: Any) -> NDArray[Any]:
 
 
 def frames(name: str, given: Iterable[_Frame]) -> Iterable[_Frame]:
-    """Returns frames, or masks of frames, as they are; each is checked when it is reached.
-
-    Raises:
-        TypeError: they cannot be gone through, or have masks that would be ignored.
-    """
+    """Returns frames, or masks of frames, as they are; each is checked when it is reached."""
     refuse_mask(name, given)
     if not isinstance(given, Iterable):
         raise KindError(
@@ -49,12 +45,7 @@ def frames(name: str, given: Iterable[_Frame]) -> Iterable[_Frame]:
 
 
 def floats(name: str, given: Any) -> Positions:
-    """Returns an array as it is, a list of whole numbers as float64.
-
-    Raises:
-        TypeError: it is not of float32 or float64.
-        ValueError: it is no array.
-    """
+    """Returns an array as it is, a list of whole numbers as float64."""
     array = np.asarray(as_array(name, given, np.float64))
     if array.dtype.kind != "f" or array.itemsize not in (4, 8):
         may_be_faces = name == "first_frame" and array.dtype.kind in "iu"
@@ -81,11 +72,7 @@ def points(name: str, given: Any, dtype: DTypeLike, shape: str = "(k, 3)") -> Po
 
 
 def template(faces: Any, points: Any, name: str) -> tuple[Faces, Any]:
-    """Returns faces and positions, which may be given as a mesh of another library.
-
-    Raises:
-        TypeError: the positions are missing.
-    """
+    """Returns faces and positions, which may be given as a mesh of another library."""
     if points is not None:
         return faces, points
     mesh = mesh_arrays(faces)
@@ -115,11 +102,7 @@ def packed(array: NDArray[Any], dtype: DTypeLike) -> NDArray[Any]:
 
 
 def as_mask(known: NDArray[Any]) -> Mask:
-    """Returns (k,) or (n, k) integers that are 0 or 1 as bool, and bool as it is.
-
-    Raises:
-        ValueError: an integer is another one.
-    """
+    """Returns (k,) or (n, k) integers that are 0 or 1 as bool, and bool as it is."""
     if known.dtype == np.bool_:
         return known
     mask = known.astype(np.bool_)
@@ -165,11 +148,7 @@ def triangles(faces: Faces, n_vertices: int) -> NDArray[np.int32]:
 
 
 def output(out: Any, dtype: np.dtype[Any], n_vertices: int) -> Positions:
-    """Returns `out`, or a new array if that is None or not packed.
-
-    Raises:
-        TypeError, ValueError: positions cannot be written to it.
-    """
+    """Returns `out`, or a new array if that is None or not packed."""
     if out is None:
         return np.empty((n_vertices, 3), dtype)
     if not isinstance(out, np.ndarray):

@@ -164,9 +164,6 @@ def path_of(name: str, value: object, expected: str = "a path", folder: Path | N
 
     Every path that users give passes through here, since most are used later, when the current
     folder may be another one.
-
-    Raises:
-        TypeError, ValueError: it is no path; `expected` names everything that is accepted.
     """
     if not isinstance(value, str | os.PathLike) or not isinstance(os.fspath(value), str):
         raise KindError(f"must be {expected}, not {type(value).__name__}", argument=name)
@@ -200,12 +197,7 @@ def frame_index(frame: int | np.integer[Any], n_frames: int) -> int:
 
 
 def indices_among(frames: Any, n_frames: int) -> range | list[int]:
-    """Returns the indices, counted from 0, that a slice or a list of them chooses among n frames.
-
-    Raises:
-        TypeError, ValueError: they are no integers, or do not ascend.
-        IndexError: there is no such frame.
-    """
+    """Returns the indices, from 0, that a slice or a list of them chooses among n frames."""
     if isinstance(frames, slice):
         if frames.step is not None:
             check_integer("step", frames.step, 1)
@@ -223,11 +215,7 @@ def indices_among(frames: Any, n_frames: int) -> range | list[int]:
 
 
 def selected(n_frames: int, start: int, stop: int | None, step: int) -> range:
-    """Returns the indices of the frames ``[start:stop:step]`` of n.
-
-    Raises:
-        TypeError, ValueError: they are no integers, or the step is 0.
-    """
+    """Returns the indices of the frames ``[start:stop:step]`` of n."""
     for name, value in (("start", start), ("stop", stop), ("step", step)):
         if value is not None:
             check_integer(name, value, -math.inf)

@@ -27,7 +27,6 @@ class DynmeshError(Exception):
         file: Path | None = None,
         frame: float | None = None,
     ) -> None:
-        """Takes what is known so far; :func:`locating` adds the rest on the way up."""
         super().__init__(reason)
         self.reason = reason
         self.argument = argument

@@ -53,7 +53,6 @@ class Report:
         }
 
     def __str__(self) -> str:
-        """Joins the lines."""
         return "\n".join(self.lines())
 
 

@@ -38,7 +38,6 @@ class Stream:
         kinds: Mapping[str, Any],
         settings: dict[str, Any],
     ) -> None:
-        """Checks the kinds of the settings, and begins."""
         for name, kind in kinds.items():
             _check_setting(name, settings[name], kind)
         faces, first_frame = _arrays.template(faces, first_frame, "first_frame")
@@ -52,11 +51,9 @@ class Stream:
         self._core = self._create(self._faces, self._first_frame, self._settings, frames)
 
     def __getstate__(self) -> tuple[dict[str, Any], bytes]:
-        """Returns everything that makes an equal object."""
         return {name: given for name, given in vars(self).items() if name != "_core"}, self.state()
 
     def __setstate__(self, given: tuple[dict[str, Any], bytes]) -> None:
-        """Makes an equal object."""
         vars(self).update(given[0])
         frames = None if self._training is None else trained(self._training, self._first_frame)
         self._core = self._create(self._faces, self._first_frame, self._settings, frames)
@@ -139,7 +136,6 @@ class Stream:
         return int(self._core.n_frames())
 
     def __repr__(self) -> str:
-        """Names the size."""
         return f"{type(self).__name__}({self.n_vertices} vertices, {self.n_edges} edges)"
 
     @property

@@ -49,7 +49,6 @@ class LeastSquaresMesh(_Baseline):
     """
 
     def __init__(self, faces: Faces, n_vertices: int) -> None:
-        """Prepares the mesh that all frames share."""
         self._core = _core.least_squares_mesh(*_mesh(faces, n_vertices))
 
 
@@ -76,7 +75,6 @@ class LaplacianInterpolation(_Baseline):
         weights: Literal["uniform", "inverse_distance"] = "uniform",
         reference: Positions | None = None,
     ) -> None:
-        """Prepares the mesh that all frames share."""
         frame = None if reference is None else _arrays.points("reference", reference, np.float64)
         self._core = _core.laplacian_interpolation(
             *_mesh(faces, n_vertices), objective, weights, frame

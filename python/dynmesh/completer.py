@@ -148,7 +148,6 @@ class Completer(Stream):
         threads: int = 1,
         training: Iterable[Positions] | None = None,
     ) -> None:
-        """Starts at a complete frame."""
         settings: dict[str, Any] = {
             "method": method,
             "revisit": revisit,

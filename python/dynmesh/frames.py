@@ -245,9 +245,6 @@ class Header(Description):
             such as "known".
 
     The attributes of :class:`dynmesh.frames.Description`, from `fps` on, are keywords as well.
-
-    Raises:
-        TypeError, ValueError: an attribute is of the wrong kind or shape.
     """
 
     faces: NDArray[np.integer[Any]]
@@ -257,7 +254,6 @@ class Header(Description):
     attributes: Collection[str] = field(default=(), kw_only=True)
 
     def __post_init__(self) -> None:
-        """Raises an error unless the properties are consistent."""
         check_integer("n_frames", self.n_frames, 0)
         check_integer("n_vertices", self.n_vertices, 0)
         self._take_faces(self.n_vertices)
@@ -438,7 +434,6 @@ class Frame(VertexAttributes):
     known: Mask | None = None
 
     def __post_init__(self) -> None:
-        """Makes arrays native, so that no step has to expect others."""
         for name, array in {"points": self.points, **self.attributes()}.items():
             if isinstance(array, np.ndarray):
                 object.__setattr__(self, name, native(array))
@@ -476,7 +471,6 @@ class Frame(VertexAttributes):
         yield self.known
 
     def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> NDArray[Any]:
-        """The points, NaN where the mask says that they are not known."""
         return as_array_of(self.points, self.known, dtype, copy)
 
 
@@ -579,9 +573,6 @@ class Frames(ABC):
         Frames are counted from 0, independently of the numbers in a file. Those of a run are all
         made, because its report is of all; with a negative step, those that are yielded are held in
         memory.
-
-        Raises:
-            TypeError, ValueError: these are no integers, or the step is 0.
         """
         return self._made(selected(self.n_frames, start, stop, step))
 
@@ -656,7 +647,6 @@ class Stored(Frames):
     def __getitem__(
         self, frames: int | np.integer[Any] | slice | Sequence[int] | Integers
     ) -> "Frame | Stored":
-        """A frame, or some of the frames; see the class."""
         if isinstance(frames, slice | range | list | np.ndarray):
             return self._chosen(indices_among(frames, self.n_frames))
         return frame_at(self, frame_index(cast(int, frames), self.n_frames))
@@ -715,11 +705,7 @@ def check_any(frames: Frames) -> None:
 
 
 def checked(frames: Frames) -> Generator[Frame, None, None]:
-    """Yields frames, each of which is as their header says.
-
-    Raises:
-        ValueError: one of them is not, one is missing, or there is one too many.
-    """
+    """Yields frames, each of which is as their header says."""
     header, count = frames.header, 0
     with naming(frames.path):
         for count, frame in enumerate(frames, 1):
@@ -886,7 +872,6 @@ class Kept(Stored):
     """The frames of a run in an unnamed temporary file, as far as they were wanted."""
 
     def __init__(self, run: Frames) -> None:
-        """Takes the run, which is closed with this."""
         self._run, self._records, self._n_kept = run, cast(Records | None, None), 0
         self.path, self.files, self.lost = run.path, run.files, run.lost
         self.header, self.faces, self.fps = run.header, run.faces, run.fps
@@ -915,11 +900,6 @@ class Records:
     """Space for n frames, in an unnamed temporary file."""
 
     def __init__(self, header: Header, n: int) -> None:
-        """Takes the space.
-
-        Raises:
-            OSError: the disk has too little.
-        """
         k = header.n_vertices
         kinds: list[Any] = [("points", header.dtype, (k, 3))]
         kinds += [(name, ATTRIBUTES[name].dtype, (k,)) for name in header.attributes]

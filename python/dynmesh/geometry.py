@@ -13,11 +13,7 @@ from .topology import cells
 
 
 def mean_edge_of(first_frame: Positions, faces: Faces) -> float:
-    """Returns the mean length of the edges, the unit of noise and outliers.
-
-    Raises:
-        ValueError: the frame is not finite, or has no edge longer than 0.
-    """
+    """Returns the mean length of the edges, the unit of noise and outliers."""
     with locating(frame=0):
         check_complete(None, first_frame)
     offsets, neighbours = cells(faces, len(first_frame))

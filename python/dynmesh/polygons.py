@@ -65,9 +65,6 @@ def split_polygons(
     Returns:
         (m, 3) in the order of the polygons, with the same winding, and also the polygons unless all
         of them are triangles.
-
-    Raises:
-        TypeError, ValueError: the polygons are inconsistent.
     """
     check_polygons(polygons)
     sizes = polygons.sizes.astype(np.intp)
@@ -104,10 +101,6 @@ def split_faces(
 
     Without `n_vertices`, corners may be any numbers from 0 on. (m, 3) integers, whose corners may
     be equal, and what cannot be polygons are returned as an array that is not checked.
-
-    Raises:
-        TypeError, ValueError: a polygon has fewer than three corners, one of them twice, or one
-            that is no vertex.
     """
     refuse_mask("faces", faces)
     polygons = faces if isinstance(faces, Polygons) else _polygons_of(faces)

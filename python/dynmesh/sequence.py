@@ -94,7 +94,6 @@ class Sequence(Description, VertexAttributes, Stored):
     report: Any = field(default=None, kw_only=True, repr=False)
 
     def __post_init__(self) -> None:
-        """Converts meshes, lists and polygons, and refuses arrays that are not consistent."""
         if self.faces is None:
             vars(self).update(_arrays_of(self.vertices))
         for name in ("vertices", "times", *self.attributes()):
@@ -172,12 +171,10 @@ class Sequence(Description, VertexAttributes, Stored):
     def __getitem__(
         self, frames: int | np.integer[Any] | slice | Some[int] | Integers
     ) -> "Frame | Self":
-        """A frame, or a sequence of some of the frames; see the class."""
         result: Frame | Self = super().__getitem__(frames)  # type: ignore[assignment]
         return result
 
     def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> NDArray[Any]:
-        """The vertices, NaN where the mask says that they are not known."""
         return as_array_of(self.vertices, self.known, dtype, copy)
 
     @classmethod

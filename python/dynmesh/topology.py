@@ -61,9 +61,6 @@ def cells(faces: Faces, n_vertices: int) -> tuple[NDArray[np.int32], NDArray[np.
     Returns:
         offsets (k + 1,) int32 and neighbours int32. The neighbours of vertex i, in ascending order,
         are neighbours[offsets[i]:offsets[i + 1]].
-
-    Raises:
-        TypeError, ValueError: the faces or the number are not as described.
     """
     check_integer("n_vertices", n_vertices, 0, np.iinfo(np.int32).max)
     return _core.cells(triangles(faces, n_vertices), n_vertices)

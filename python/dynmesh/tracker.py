@@ -148,7 +148,6 @@ class Tracker(Stream):
         threads: int = 1,
         training: Iterable[Positions] | None = None,
     ) -> None:
-        """Starts at a template."""
         settings = {
             "uncertainty": uncertainty,
             "recover": recover,
@@ -263,11 +262,7 @@ class Tracker(Stream):
 def scan_arrays(
     points: Positions, normals: Positions | None, viewpoints: Positions | None, dtype: Any
 ) -> tuple[Positions, Positions | None, Positions | None]:
-    """Returns the arrays of a scan as the core takes them.
-
-    Raises:
-        TypeError, ValueError: one of them has the wrong kind or shape.
-    """
+    """Returns the arrays of a scan as the core takes them."""
     result = _arrays.points("points", points, dtype, "(n, 3)")
     if normals is not None:
         normals = _arrays.points("normals", normals, dtype, "(n, 3)")
@@ -277,11 +272,7 @@ def scan_arrays(
 
 
 def image_arrays(depth: Any, intrinsics: Any, pose: Any) -> list[tuple[NDArray[Any], ...]]:
-    """Returns the arrays of depth images, one or several, as the core takes them.
-
-    Raises:
-        TypeError, ValueError: one of them has the wrong kind or shape, or their numbers differ.
-    """
+    """Returns the arrays of depth images, one or several, as the core takes them."""
     images, cameras, poses = (
         _several(name, given)
         for name, given in (("depth", depth), ("intrinsics", intrinsics), ("pose", pose))

@@ -78,7 +78,6 @@ def _description(verb: str) -> str:
 
 
 def __getattr__(name: str) -> Any:
-    """The commands, by the names of the verbs, for the app to load."""
     if name in VERBS:
         command = App(name=name, default_command=command_of(name), help=_description(name))
         command.help_format = "markdown"
@@ -114,10 +113,6 @@ def run(tokens: list[str], shared: dict[str, bool]) -> Report | None:
     Args:
         tokens: the command line.
         shared: takes the options of all commands that are in it.
-
-    Raises:
-        CycloptsError: the command line is wrong.
-        Exception: what the command raises.
     """
     command, given, unset = app.parse_args(tokens, exit_on_error=False, print_error=False)
     shared |= {key: given.arguments.pop(key) for key in SHARED & given.arguments.keys()}

@@ -24,21 +24,13 @@ class Workers:
         Args:
             client: of the scheduler.
             scheduler: its address; None for processes of this machine.
-
-        Raises:
-            OSError: a worker cannot run the jobs; the message says why.
         """
         self.client, self._scheduler = client, scheduler
         self._known, self._none_told = frozenset[str](), False
         self._look()
 
     def result(self, future: Any) -> Any:
-        """Waits for a result; says on standard error if no worker is there to compute it.
-
-        Raises:
-            OSError: a new worker cannot run the jobs.
-            Exception: the future raises it.
-        """
+        """Waits for a result; says on standard error if no worker is there to compute it."""
         wait = require("distributed", extra="batch").wait
         while not future.done():
             try:

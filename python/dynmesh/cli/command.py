@@ -43,7 +43,6 @@ class Command:
     """
 
     def __init__(self, verb: Callable[..., Any]) -> None:
-        """Joins the signatures."""
         self._verb = verb
         self.__name__ = verb.__name__
         returned = inspect.signature(verb).return_annotation
@@ -157,11 +156,7 @@ def _refuse_for_scans(given: Mapping[str, Any]) -> None:
 
 
 def bound(command: Command, tokens: Sequence[str]) -> inspect.BoundArguments:
-    """Binds the words of a command line to the parameters of a command.
-
-    Raises:
-        ValueError: they cannot be; the error names the parameter and the value, if there is one.
-    """
+    """Binds the words of a command line to the parameters of a command."""
     from cyclopts import App, CycloptsError
 
     app = App(default_command=command, help_flags=(), version_flags=())

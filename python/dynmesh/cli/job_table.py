@@ -60,10 +60,6 @@ def read_jobs(path: Path, *, overwrite: bool = False) -> list[Job]:
 
     Spaces around values and names of columns are left out, and so are empty lines and those that
     begin with #.
-
-    Raises:
-        OSError: it cannot be read.
-        ValueError: it is invalid; the error names the line and the column.
     """
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:

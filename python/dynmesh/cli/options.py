@@ -190,11 +190,7 @@ _WORDS = {int: "a whole number", float: "a number", bool: "yes or no", Path: "a 
 
 
 def slice_of(text: str) -> slice:
-    """Parses A:B, A: or :B, or one of them with :STEP, as slices of Python.
-
-    Raises:
-        ValueError: it is none of these.
-    """
+    """Parses A:B, A: or :B, or one of them with :STEP, as slices of Python."""
     parts = text.split(":")
     try:
         if not 2 <= len(parts) <= 3:

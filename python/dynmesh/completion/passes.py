@@ -45,11 +45,7 @@ OF_SEQUENCES = SequenceSettings.__annotations__.keys() - Settings.__annotations_
 
 
 def with_implied(given: SequenceSettings, *, trained: bool) -> Settings:
-    """Returns the settings of the completer, with those that the others imply.
-
-    Raises:
-        TypeError, ValueError: a setting of sequences is refused, or another method has none.
-    """
+    """Returns the settings of the completer, with those that the others imply."""
     bidirectional, drop_above = given.get("bidirectional", False), given.get("drop_above")
     if drop_above is not None:
         check_positive("drop_above", drop_above)
@@ -144,9 +140,6 @@ def completed_frames(
             which vertices are left missing.
         progress: whether to show a bar; from both sides, a frame counts as often as it is
             completed.
-
-    Raises:
-        OSError, ValueError: a frame cannot be read or completed.
     """
     bidirectional, drop_above = settings.get("bidirectional", False), settings.get("drop_above")
     tally = Tally(np.zeros(source.n_vertices, np.bool_))

@@ -118,12 +118,7 @@ def check_start(start: object, template: object) -> None:
 def open_with_template(
     frames: Any, template: PathLike | None, faces: Any = None
 ) -> Iterator[tuple[Frames, StartFrame | None]]:
-    """Opens a sequence and, if there is one, the template from which completion starts.
-
-    Raises:
-        OSError, ImportError, TypeError, ValueError: the errors of :func:`dynmesh.open`; also if the
-            template has another mesh or is not whole.
-    """
+    """Opens a sequence and, if there is one, the template from which completion starts."""
     shared: formats.Source = {"faces": template if faces is None else faces}
     with formats.opened(frames, "sequence", shared) as source:
         if template is None:
@@ -159,9 +154,6 @@ def start_in(
     """Returns the frame of the sequence from which its completion starts.
 
     A frame with missing vertices is put together, with the settings of the completer.
-
-    Raises:
-        OSError, ValueError: the frame does not exist, or no vertex is known in any.
     """
     number: int | None = None
     if start == "auto":

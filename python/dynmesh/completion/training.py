@@ -38,10 +38,6 @@ class Training:
             training: None if there is none.
             like: the sequence.
             progress: whether to show a bar while they are read.
-
-        Raises:
-            OSError, ImportError, TypeError, ValueError: they are not as they should be, cannot be
-                opened, or have another mesh, unit or up axis.
         """
         self._sources = _sources(training, like)
         self._like = like
@@ -55,7 +51,6 @@ class Training:
                 self.files += frames.files
 
     def __bool__(self) -> bool:
-        """Whether there is any training."""
         return bool(self._sources)
 
     @contextlib.contextmanager
@@ -85,11 +80,7 @@ class Training:
 
 
 def _sources(training: TrainingFrames | None, like: Frames) -> list[Path | Frames]:
-    """Returns the paths and frames of training; none for None.
-
-    Raises:
-        TypeError, ValueError: they are something else, or there are none.
-    """
+    """Returns the paths and frames of training; none for None."""
     if training is None:
         return []
     if isinstance(training, np.ndarray):

@@ -121,7 +121,6 @@ class Places:
     """
 
     def __init__(self, n_vertices: int) -> None:
-        """Begins without a frame."""
         self.count = 0
         self.frames: list[int] = []
         self._met = np.zeros(n_vertices, np.bool_)
@@ -217,11 +216,9 @@ class Diagnosis:
     likely_up: str
 
     def __repr__(self) -> str:
-        """Lists the codes of the findings."""
         return f"Diagnosis({', '.join(f.code for f in self.findings) or 'no findings'})"
 
     def __str__(self) -> str:
-        """Returns the summary and, for each finding, what was found and the advice."""
         messages = [f"{f.severity}: {f.message}\n  {f.advice}" for f in self.findings]
         return "\n".join([self.summary, *messages])
 

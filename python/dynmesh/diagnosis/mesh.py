@@ -28,7 +28,6 @@ class Mesh:
     """
 
     def __init__(self, faces: NDArray[np.integer[Any]], points: Positions, present: Mask) -> None:
-        """Takes frame 0, of whose points those that are not present are ignored."""
         self.present = present
         self.first = np.where(present[:, None], points, 0).astype(points.dtype)
         offsets, neighbours = cells(faces, len(points))

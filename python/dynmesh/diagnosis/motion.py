@@ -32,7 +32,6 @@ class Motion:
     """
 
     def __init__(self, header: Header, mesh: Mesh) -> None:
-        """Starts with the first frame."""
         self._header = header
         self.medians: list[float] = [np.nan]
         self._mesh = mesh

@@ -25,7 +25,6 @@ class Presence:
     """
 
     def __init__(self, header: Header, mesh: Mesh, first: Frame) -> None:
-        """Starts with the first frame of a sequence."""
         self._header = header
         self.shares: list[float] = []
         self._mesh = mesh

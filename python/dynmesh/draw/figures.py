@@ -107,10 +107,6 @@ def render(
 
     Returns:
         (height, width, 3) uint8, on white.
-
-    Raises:
-        ImportError: pyvista is not installed.
-        ValueError: a face refers to no vertex, or a position or place is not finite.
     """
     cells(faces, len(points))  # as VTK would end the process for a face out of range
     check_complete("points", points)

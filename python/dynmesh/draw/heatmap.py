@@ -58,10 +58,6 @@ class Heatmap(Sources):
     Attributes:
         colours: what the colours can show: "plain", which is one colour, comes last.
         colour: what they show at first.
-
-    Raises:
-        ValueError: the sequence does not hold what `wanted` requires, or does not match the
-            reference or the input, and the message names the file.
     """
 
     wanted: InitVar[Colour | None] = None
@@ -69,7 +65,6 @@ class Heatmap(Sources):
     colour: Colour = field(init=False)
 
     def __post_init__(self, wanted: Colour | None) -> None:
-        """Refuses sources that do not match, or lack something."""
         for other in (self.input, self.reference):
             if other is not None:
                 check_comparable(self.reader, other)
@@ -86,11 +81,7 @@ class Heatmap(Sources):
             _ = self.unit  # refuses errors without a unit before any frame is read
 
     def frames(self, numbers: range) -> Iterator[ShownFrame]:
-        """Yields frames of ascending numbers.
-
-        Raises:
-            ValueError: the reference lacks a vertex.
-        """
+        """Yields frames of ascending numbers."""
         given = (self.reader, self.reference, self.input, self.scans)
         for number, frame, truth, partial, scan in zip(
             numbers, *(_frames_of(one, numbers) for one in given), strict=False

@@ -51,11 +51,6 @@ def drawn(
 
     Returns:
         An image of Pillow.
-
-    Raises:
-        ImportError: pyvista or Pillow is not installed.
-        ValueError: no vertex is visible in any of them, or see
-            :class:`dynmesh.draw.heatmap.Heatmap`.
     """
     require_all("PIL.Image", extra="view")
     figures.load_pyvista()

@@ -64,11 +64,7 @@ class Sources:
 
     @cached_property
     def unit(self) -> LengthUnit:
-        """Millimetres if a file states its unit, otherwise per cent of the diagonal.
-
-        Raises:
-            ValueError: the diagonal is needed and 0.
-        """
+        """Millimetres if a file states its unit, otherwise per cent of the diagonal."""
         for reader in (self.reader, self.reference):
             if reader is not None and reader.header.metres_per_unit is not None:
                 return LengthUnit("mm", "mm", 1000 * reader.header.metres_per_unit)

@@ -48,9 +48,6 @@ def rig_page(
         title: the heading.
         told: what stands below it.
         names: of the cameras, in the order of the images, and what else is said of each.
-
-    Raises:
-        ImportError: k3d is not installed.
     """
     clouds = [cloud[:: 1 + len(cloud) // _MOST_POINTS] for cloud in scan.clouds]
     meshes = [] if template is None else [template[1]]

@@ -48,7 +48,6 @@ class Calibrating:
     """Gathers a :class:`Calibration`, one frame at a time."""
 
     def __init__(self) -> None:
-        """Begin without a frame."""
         self._vertices = 0
         self._within = dict.fromkeys((WITHIN_50, WITHIN_90), 0)
         self._errors = self._expected = 0.0

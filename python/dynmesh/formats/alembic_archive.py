@@ -181,7 +181,6 @@ class AlembicFrames(FileFrames):
     """
 
     def __init__(self, path: Path, prim: str | None) -> None:
-        """Opens the archive and reads everything except the frames."""
         archive, meshes = meshes_in(path)
         with of_library(_TRIED):
             mesh = meshes[choose_mesh(moves(meshes), prim)]

@@ -20,11 +20,7 @@ Unit: TypeAlias = float | str
 
 @dataclass(frozen=True)
 class Changes:
-    """What is asked of a conversion; :func:`dynmesh.convert` explains the attributes.
-
-    Raises:
-        TypeError, ValueError: no sequence can be changed so; the rest is checked with a sequence.
-    """
+    """What is asked of a conversion; :func:`dynmesh.convert` explains the attributes."""
 
     frames: slice | range | None = None
     up: Axis | None = None
@@ -35,7 +31,6 @@ class Changes:
     fps: float | None = None
 
     def __post_init__(self) -> None:
-        """Refuses what no sequence can have."""
         if self.frames is not None:
             check_slice("frames", self.frames)
         for name in ("up", "to_up"):
@@ -49,12 +44,7 @@ class Changes:
                 check_positive(name, getattr(self, name))
 
     def of(self, header: Header) -> tuple["Conversion", range]:
-        """What becomes of a sequence with this header, and the indices of the frames it takes.
-
-        Raises:
-            ValueError: there are no such frames, the file states another axis or unit, or one is
-                needed that nothing states.
-        """
+        """What becomes of a sequence with this header, and the indices of the frames it takes."""
         indices = range(n_frames := header.n_frames)
         if self.frames is not None:
             numbers = frame_numbers(header)

@@ -38,11 +38,6 @@ def find_files(path: Path, suffix: str, gaps: Gaps = "refuse") -> FrameFiles:
             glob such as ``*.ply``, for all files that match.
         suffix: in lower case, such as ".ply".
         gaps: what becomes of numbers that are missing, by the usual distance of the others.
-
-    Raises:
-        FileNotFoundError: there is no file.
-        ValueError: names cannot be compared, a number is missing and refused, or the folder
-            contains no such file.
     """
     names = FrameNames.of(path)
     if path.exists() and not path.is_dir():
@@ -105,11 +100,7 @@ def has_gaps(numbers: Sequence[Number]) -> bool:
 
 
 def with_missing(numbers: Sequence[Number]) -> list[Number]:
-    """Returns ascending numbers, and those between where there are gaps.
-
-    Raises:
-        ValueError: there are too many.
-    """
+    """Returns ascending numbers, and those between where there are gaps."""
     usual, result = usual_distance(numbers), [*numbers[:1]]
     for before, after in pairwise(numbers):
         distance = after - before
@@ -125,11 +116,7 @@ def with_missing(numbers: Sequence[Number]) -> list[Number]:
 
 
 def names_to_write(path: Path, suffix: str, kept: Sequence[str] = ()) -> FrameNames:
-    """Returns the file names of a sequence that is to be written to a file, pattern or folder.
-
-    Raises:
-        ValueError: `path` is a glob, or a folder with files that would become part of the sequence.
-    """
+    """Returns the file names of a sequence that is to be written to a file, pattern or folder."""
     names = FrameNames.of(path)
     is_folder = path.is_dir() or not (names.numbered or path.suffix or path.exists())
     if is_folder:

@@ -78,10 +78,6 @@ def find_template(
     """Returns the mesh that provides the faces of a file with so many vertices.
 
     If none is given, it is read from the first of the files `beside` that exists.
-
-    Raises:
-        OSError: a file beside it cannot be read.
-        ValueError: there is no mesh, or it has another number of vertices.
     """
     there = [path for path in beside if path.exists()]
     if given is None and not there:
@@ -141,7 +137,6 @@ class Format:
     existing: Callable[[Path, Header], list[Path]] | None = None
 
     def __post_init__(self) -> None:
-        """Refuses what could never be chosen, or would silently be left out."""
         of_frames = {*ARRAYS, "texture", *STATED}
         for name, all_words in (("keeps", of_frames), ("takes", {*_NOT_TAKEN})):
             if unknown := {*getattr(self, name)} - all_words:

@@ -44,7 +44,6 @@ class FilePerFrame(FileFrames):
     suffix: ClassVar[str]
 
     def __init__(self, path: Path, *, faces: Template | None = None, gaps: Gaps = "refuse") -> None:
-        """Finds the files and reads the first, for which `faces` are if it holds none."""
         self._files, numbers = find_files(path, self.suffix, gaps)
         n_frames, present = len(self._files), [file for file in self._files if file is not None]
         self._first = present[0]

@@ -14,12 +14,7 @@ _FLOAT, _TRIANGLES, _STRIP, _FAN = 5126, 4, 5, 6
 
 
 def what_gltf_holds(path: Path) -> set[str]:
-    """Returns what of the shapes in a file is not read, in words.
-
-    Raises:
-        ValueError: the library would read other positions or faces; the message names the extension
-            or the accessor because of which.
-    """
+    """Returns what of the shapes in a file is not read, in words."""
     document = _json_in(path)
     nodes, held = document.get("nodes", []), set()
     for name in document.get("extensionsRequired", []):

@@ -36,7 +36,6 @@ class Hdf5Frames(FileFrames):
     """A sequence in an HDF5 file, in any chunks, compression and byte order."""
 
     def __init__(self, path: Path) -> None:
-        """Opens the file and reads everything except the frames."""
         self._h5py = require("h5py", extra="hdf5")
         self._size = path.stat().st_size
         self._file = self._open(path)

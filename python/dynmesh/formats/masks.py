@@ -25,7 +25,6 @@ class MaskedFrames(FileFrames):
     def __init__(
         self, reader: Stored, known: Mask | str | PathLike[str] | None, *, zero_is_missing: bool
     ) -> None:
-        """Takes ownership of `reader`, which :meth:`close` closes."""
         self._reader = reader
         self.is_given = known is not None
         self._zero_is_missing = zero_is_missing
@@ -73,12 +72,7 @@ Damaged: TypeAlias = dict[int | None, NDArray[np.int64]]
 
 
 def _listed(path: Path, header: Header) -> Damaged:
-    """Reads a text file with lines "frame vertex vertex ...", in which * stands for all frames.
-
-    Raises:
-        OSError: it cannot be read.
-        ValueError: a line is not as it should be; the message names it.
-    """
+    """Reads a text file with lines "frame vertex vertex ...", in which * stands for all frames."""
     results: dict[int | None, list[int]] = {}
     with naming(path):
         for number, line in enumerate(lines_in(path), 1):

@@ -26,7 +26,6 @@ class Member:
     """
 
     def __init__(self, archive: ZipFile, name: str, file: IO[bytes], lock: Lock) -> None:
-        """Takes an archive, another handle of its file, and the lock of that."""
         self._archive, self._info = archive, archive.getinfo(name)
         self._file, self._lock = file, lock
         self.size = self._info.file_size

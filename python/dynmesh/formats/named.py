@@ -27,9 +27,6 @@ def header_of(
 
     `kind_of` returns the shape and the dtype of an array, and `array_of` one without a row per
     frame.
-
-    Raises:
-        TypeError, ValueError: the arrays are not a valid sequence.
     """
     for needed in ("vertices", "faces"):
         if needed not in names:

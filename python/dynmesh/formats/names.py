@@ -54,9 +54,6 @@ def numbers_in(
 
     Returns:
         A number for each file, and the pattern of the names; None if the frames are counted.
-
-    Raises:
-        ValueError: the names cannot be compared.
     """
     if stems is None:
         is_one_folder = len({file.parent for file in files}) == 1

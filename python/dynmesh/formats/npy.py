@@ -29,7 +29,6 @@ class NpyFrames(RowsFrames):
     """A sequence in an array of positions, with other arrays beside it."""
 
     def __init__(self, path: Path, faces: Template | None) -> None:
-        """Reads everything except the frames."""
         self._positions = path
         with self._open_rows("vertices") as vertices:
             check_vertices(vertices.dtype, vertices.shape)

@@ -35,7 +35,6 @@ class NpzFrames(RowsFrames):
     """A sequence in an archive of arrays."""
 
     def __init__(self, path: Path) -> None:
-        """Opens the archive and reads everything except the frames."""
         with contextlib.ExitStack() as stack, of_library(_TRIED):
             file = stack.enter_context(path.open("rb"))
             self._archive = stack.enter_context(zipfile.ZipFile(path))
@@ -117,11 +116,7 @@ def check_members(archive: zipfile.ZipFile, file: Path) -> None:
 
 
 def array_in(path: Path, name: str) -> NDArray[Any]:
-    """Reads one array of an archive.
-
-    Raises:
-        ValueError: there is none of this name, or the archive is damaged.
-    """
+    """Reads one array of an archive."""
     with of_library(_TRIED), zipfile.ZipFile(path) as archive:
         check_members(archive, path)
         names = [member.removesuffix(".npy") for member in archive.namelist()]

@@ -46,10 +46,6 @@ def making(output: Path, *, is_folder: bool = False) -> Iterator[Path]:
 
     Folders above it are created, too, and removed at the end if they stay empty. An output that
     `is_folder` takes the place of that folder as a whole.
-
-    Raises:
-        BlockingIOError: another process is making the output.
-        OSError: the folder cannot be created or locked.
     """
     from filelock import BaseFileLock, FileLock, SoftFileLock, Timeout  # takes a while
 
@@ -173,12 +169,7 @@ def exists_already(path: Path) -> FileExistsError:
 
 
 def refuse_existing(path: Path, overwrite: bool) -> None:
-    """Refuses a path at which a file may not be made.
-
-    Raises:
-        OSError: there is something that is no file, or a file that is protected or stays unless
-            `overwrite` is set.
-    """
+    """Refuses a path at which a file may not be made."""
     if not os.path.lexists(path):
         return
     mode = path.lstat().st_mode
@@ -207,12 +198,7 @@ def identity(file: Path) -> tuple[int, int]:
 
 
 def check_output(path: Path, overwrite: bool, *suffixes: str, inputs: Iterable[Path] = ()) -> None:
-    """Refuses a path that a file that is not a sequence, such as a page, cannot be written to.
-
-    Raises:
-        OSError: it would be in a file, or the file exists and `overwrite` is not set.
-        ValueError: the path has none of these suffixes, or it is one of the `inputs`.
-    """
+    """Refuses a path that a file that is not a sequence, such as a page, cannot be written to."""
     if suffixes and path.suffix.lower() not in suffixes:
         raise InputError(f"{path}: must end in {listed(suffixes, 'or')}")
     check_folder(path)
@@ -235,11 +221,7 @@ def output_path(
 def new_output(
     path: Path, overwrite: bool, *suffixes: str, inputs: Iterable[Path] = ()
 ) -> Iterator[Path]:
-    """Checks the path of such a file, and yields a hidden one, which becomes it at the end.
-
-    Raises:
-        OSError, ValueError: the errors of :func:`check_output` and :func:`making`.
-    """
+    """Checks the path of such a file, and yields a hidden one, which becomes it at the end."""
     check_output(path, overwrite, *suffixes, inputs=inputs)
     with blaming(path, path), making(path) as folder:
         yield folder / path.name
@@ -252,10 +234,6 @@ def new_folder(path: Path, overwrite: bool, is_ours: Callable[[Path], bool]) -> 
     """Yields a hidden folder, whose files take the place of those of a folder.
 
     That is new, empty or, with `overwrite`, holds nothing but files that are ours.
-
-    Raises:
-        FileExistsError: it holds files that may not be replaced.
-        OSError: it cannot be written.
     """
 
     def check() -> None:
@@ -332,11 +310,7 @@ def bytes_of(header: Header) -> int:
 
 
 def check_space(folder: Path, needed: int) -> None:
-    """Refuses an output that the disk of the folder in which it is made has no space for.
-
-    Raises:
-        OSError: it needs more bytes than are left.
-    """
+    """Refuses an output that the disk of the folder in which it is made has no space for."""
     left = shutil.disk_usage(folder).free
     if needed > left:
         raise OSError(

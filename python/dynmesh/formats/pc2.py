@@ -39,7 +39,6 @@ class Pc2Frames(FileFrames):
     """A sequence in a PC2 file."""
 
     def __init__(self, path: Path, faces: Template | None) -> None:
-        """Opens the file and finds its faces."""
         with path.open("rb") as file:
             begin = file.read(layout.size)
         if not begin.startswith(signature):

@@ -72,12 +72,7 @@ class Place:
             refuse_existing(file, self._overwrite)
 
     def check(self, frames: Frames, others: Iterable[Path] = ()) -> None:
-        """Refuses to replace files from which frames are read, or, unless asked to, any.
-
-        Raises:
-            FileExistsError, ValueError: writing would replace them.
-            OSError: it would be in a file.
-        """
+        """Refuses to replace files from which frames are read, or, unless asked to, any."""
         check_folder(self._path)
         self._check_not_among(frames)
         if existing := self.existing():

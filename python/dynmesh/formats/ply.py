@@ -60,11 +60,7 @@ class PlyFrames(FilePerFrame):
 
 
 def read_elements(file: Path) -> tuple[dict[str, Columns], list[str]]:
-    """Reads all elements of a file, of which one is "vertex", and the comments of its header.
-
-    Raises:
-        ValueError: the file is damaged, or has no vertices.
-    """
+    """Reads all elements of a file, of which one is "vertex", and the comments of its header."""
     elements, comments = parse_ply(file.read_bytes())
     if "vertex" not in elements:
         raise InputError("has no vertices")

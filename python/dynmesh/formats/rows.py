@@ -26,11 +26,7 @@ _TRIED = "is not an array or a mask of NumPy, or its header is damaged"
 
 
 def read_header(file: IO[bytes]) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
-    """Reads the header, up to the first number: the shape, whether it is by columns, the dtype.
-
-    Raises:
-        ValueError: the file holds no array, or an array of Python objects.
-    """
+    """Reads the header, up to the first number: the shape, whether it is by columns, the dtype."""
     with of_library(_TRIED):
         version = npy.read_magic(file)
     length = int.from_bytes(file.read(4 if version > (1, 0) else 2), "little")
@@ -58,11 +54,6 @@ class Rows:
     def __init__(
         self, file: IO[bytes], size: int, at: Callable[[IO[bytes], int, int], bytes] = read_at
     ) -> None:
-        """Takes a file of `size` bytes, and reads its header; `at` is how its rows are read.
-
-        Raises:
-            ValueError: see :func:`read_header`, or the size of the file does not match.
-        """
         self._file, self._at = file, at
         self.shape, self.by_columns, self.dtype = read_header(file)
         if min(self.shape, default=0) < 0:
@@ -115,7 +106,6 @@ class RowsFrames(FileFrames):
     """Which of these arrays there are."""
 
     def __init__(self, path: Path, header: Header, files: Sequence[Path] | None = None) -> None:
-        """Called when the header is read; see :class:`dynmesh.FileFrames`."""
         super().__init__(path, header, files)
         self._by_columns: dict[str, Rows] = {}
 

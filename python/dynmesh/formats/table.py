@@ -68,11 +68,7 @@ def format_of(path: PathLike, name: str | None = None) -> Format:
 
 
 def existing_file(path: Path, format: Format) -> Path:
-    """Returns the path, or the only file that it stands for, of a format with one file a sequence.
-
-    Raises:
-        ValueError: it stands for several.
-    """
+    """Returns the path or, of a format with one file a sequence, the only file it stands for."""
     if format.is_per_frame or path.exists():
         return path
     result = [*FrameNames.of(path).existing().values()] or sorted(matching(path))
@@ -122,12 +118,7 @@ def check_format(path: PathLike, name: str | None) -> None:
 
 
 def format_of_output(path: Path, name: str | None) -> Format:
-    """Returns the format of that name or else of a path, in which frames are written.
-
-    Raises:
-        ImportError: the library for this format is not installed; the message names its extra.
-        ValueError: there is no such format, or it is only read.
-    """
+    """Returns the format of that name or else of a path, in which frames are written."""
     with naming(path):
         otherwise = f"write {path / 'frame_%04d.ply'}, or name the format"
         chosen = _choose(path, name, otherwise, written=True)

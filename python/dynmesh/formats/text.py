@@ -10,12 +10,7 @@ _comment = re.compile(r"(?:^|(?<=\s))#.*")
 
 
 def lines_in(file: Path) -> list[str]:
-    """Returns the lines of a file, with the line ends of any system.
-
-    Raises:
-        OSError: it cannot be read.
-        ValueError: it is in UTF-16.
-    """
+    """Returns the lines of a file, with the line ends of any system."""
     content = file.read_bytes()
     if content.startswith((b"\xff\xfe", b"\xfe\xff")):
         raise InputError("line 1: is text in UTF-16; save it in UTF-8")
@@ -29,11 +24,7 @@ def words_in(line: str) -> list[str]:
 
 
 def number_of(word: str, line: int) -> float:
-    """Returns the number that a word is, also NaN or infinity as C libraries write them.
-
-    Raises:
-        ValueError: it is none; the message names the line.
-    """
+    """Returns the number that a word is, also NaN or infinity as C libraries write them."""
     number = parse_number(word)
     if number is None:
         raise InputError(f"line {line}: {word[:40]!r} is not a number")

@@ -81,11 +81,7 @@ def timing_of(numbers: Sequence[Number]) -> dict[str, Any]:
 
 
 def index_of(header: Header, number: float, argument: str) -> int:
-    """Returns the index of the frame with this number in its file.
-
-    Raises:
-        ValueError: there is none.
-    """
+    """Returns the index of the frame with this number in its file."""
     result = np.flatnonzero(frame_numbers(header) == number)
     if len(result) == 0:
         first, last = header.number(0), header.number(header.n_frames - 1)
@@ -97,11 +93,7 @@ def index_of(header: Header, number: float, argument: str) -> int:
 def indices_of(
     numbers: NDArray[np.float64], frames: slice | range, argument: str = "frames"
 ) -> range:
-    """Returns the indices, among these numbers, from one number to, but without, another one.
-
-    Raises:
-        TypeError, ValueError: there are none, or the numbers are not among those of the frames.
-    """
+    """Returns the indices, among these numbers, from one number to, but without, another one."""
     check_slice(argument, frames)
     end = float(numbers[-1] + np.diff(numbers[-2:]).max(initial=1))
     begin = numbers[0] if frames.start is None else frames.start

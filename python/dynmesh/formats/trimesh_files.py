@@ -28,7 +28,6 @@ class ModelFrames(FileFrames):
     """A mesh as a sequence of one frame."""
 
     def __init__(self, path: Path) -> None:
-        """Reads the mesh."""
         kind, held = path.suffix.lower()[1:], set[str]()
         path.open("rb").close()  # gives the error message of the system
         with of_library(f"cannot be read as {kind.upper()}"):

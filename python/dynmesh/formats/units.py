@@ -14,11 +14,7 @@ UNITS = {
 
 
 def metres_of(value: object, argument: str = "unit") -> float:
-    """Returns the metres of a unit: a name, or a number of metres.
-
-    Raises:
-        ValueError: it is neither; the error names the argument.
-    """
+    """Returns the metres of a unit: a name, or a number of metres."""
     if isinstance(value, str) and value in UNITS:
         return UNITS[value]
     if isinstance(value, int | float) and not isinstance(value, bool) and 0 < value < math.inf:
@@ -33,11 +29,7 @@ def metres_of(value: object, argument: str = "unit") -> float:
 def agreed(
     stated: float | None, given: object, argument: str, file: Path | None = None
 ) -> float | None:
-    """Returns the metres of a unit that a file states, or that is given of one that states none.
-
-    Raises:
-        ValueError: both are there and differ, or what is given is no unit.
-    """
+    """Returns the metres of a unit that a file states, or that is given of one that states none."""
     if given is None:
         return stated
     said = metres_of(given, argument)

@@ -48,7 +48,6 @@ class _Stage:
     """
 
     def __init__(self, path: Path, frames: Frames) -> None:
-        """Begins a stage at a path, with frames that are as a format holds them."""
         self.path, self.header, self._frames = path, frames.header, frames
         self.remarks: list[str] = []
         self._path = path.with_name("frames.usdc")
@@ -194,7 +193,6 @@ class _Overlay(_Stage):
     """
 
     def __init__(self, path: Path, frames: Frames, original: UsdFrames) -> None:
-        """Begins a layer over the scene of which the original frames are."""
         super().__init__(path, frames)
         assert original.scene is not None
         self._scene: UsdScene = original.scene

@@ -60,7 +60,6 @@ class UsdScene:
     """
 
     def __init__(self, path: Path) -> None:
-        """Composes the stage."""
         path.open("rb").close()  # gives the error message of the system
         usd, geometry = pxr("Usd"), pxr("UsdGeom")
         with of_usd(_TRIED):
@@ -136,7 +135,6 @@ class UsdFrames(FileFrames):
     """
 
     def __init__(self, path: Path, prim: str | None) -> None:
-        """Composes the stage and reads everything except the frames."""
         self.scene: UsdScene | None = UsdScene(path)
         with of_usd(_TRIED):
             self.mesh = self.scene.mesh(prim)

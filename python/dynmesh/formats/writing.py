@@ -129,11 +129,7 @@ def write(
 
 
 def _is_layer(chosen: Format, output: Path, origin: Origin | None) -> bool:
-    """Whether a file is written that lies over the scene of which the frames are.
-
-    Raises:
-        ValueError: it would replace that scene, and what else is in it would be lost.
-    """
+    """Whether a file is written that lies over the scene of which the frames are."""
     if origin is None or chosen.meshes is None:
         return False
     if output.exists() and origin.path.exists() and identity(output) == identity(origin.path):

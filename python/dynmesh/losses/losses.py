@@ -27,10 +27,6 @@ def random_known(n_frames: int, n_vertices: int, share: float, *, seed: int = 0)
 
     Returns:
         An iterator over (k,) bool.
-
-    Raises:
-        TypeError: an argument has the wrong kind.
-        ValueError: an argument is out of range.
     """
     _check_masks(n_frames, n_vertices, share, seed)
 
@@ -150,10 +146,6 @@ def dropout(n_frames: int, n_vertices: int, share: float, *, seed: int = 0) -> I
 
     Returns:
         An iterator over (k,) bool, all False if the frame is lost and all True otherwise.
-
-    Raises:
-        TypeError: an argument has the wrong kind.
-        ValueError: an argument is out of range.
     """
     _check_masks(n_frames, n_vertices, share, seed)
 
@@ -213,9 +205,6 @@ def add_outliers(
 
     Returns:
         An iterator over (k, 3) positions with the dtype of each frame; the first is unchanged.
-
-    Raises:
-        TypeError, ValueError: see :func:`add_noise`.
     """
     check_between("share", share, 0, 1)
     check_positive("distance", distance)

@@ -139,9 +139,6 @@ def depth_images(
 
     Returns:
         An iterator over :class:`DepthScan`, one for each frame.
-
-    Raises:
-        TypeError, ValueError: see :func:`scan_points`.
     """
     check_integer("width", width, 1)
     check_integer("height", height, 1)

@@ -58,7 +58,6 @@ class Camera:
     field_of_view: float = 40.0
 
     def __post_init__(self) -> None:
-        """Raises an error unless the camera is valid."""
         for name in ("position", "target", "up"):
             check_vector(name, getattr(self, name))
         check_between("field_of_view", self.field_of_view, 0, 180)

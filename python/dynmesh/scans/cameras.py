@@ -69,11 +69,7 @@ class ScanCamera:
     along_ray: bool = False
 
     def at(self, number: Number) -> "ScanCamera":
-        """Returns the camera as it stands in the frame with this number.
-
-        Raises:
-            ValueError: it moves, and no pose is near enough to this frame.
-        """
+        """Returns the camera as it stands in the frame with this number."""
         if not self.frames:
             return self
         away = np.abs(np.array(self.frames) - number)
@@ -133,12 +129,7 @@ def read_cameras(path: Path) -> Rig:
 
 
 def json_in(path: Path) -> Any:
-    """Returns what a JSON file holds.
-
-    Raises:
-        OSError: it cannot be read.
-        ValueError: it is not JSON; the message names the line.
-    """
+    """Returns what a JSON file holds."""
     try:
         return json.loads(path.read_text(encoding="utf-8-sig"))
     except (ValueError, RecursionError) as error:

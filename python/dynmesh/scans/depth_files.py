@@ -33,11 +33,6 @@ def read_depth(file: Path, camera: ScanCamera) -> NDArray[np.float32]:
     Returns:
         (h, w) distances in the unit of the rig, 0 where nothing was measured: where the count is 0
         or, as of some sensors, the largest.
-
-    Raises:
-        ImportError: Pillow is not installed.
-        OSError: the file cannot be read.
-        ValueError: it is no such image, or has another size than the camera states.
     """
     with naming(file), file.open("rb") as opened:
         image = _image(opened)
@@ -58,9 +53,6 @@ def size_of(files: Iterable[Path], camera: ScanCamera) -> tuple[int, int] | None
     """Returns the width and height of the first image of a camera whose header is whole.
 
     Without any, this is what the camera states.
-
-    Raises:
-        ValueError: all of them are of another kind, or of another size than the camera states.
     """
     wrong: InputError | None = None
     for file in files:
@@ -132,9 +124,6 @@ def undistortion(
         The intrinsics (3, 3) of the new images, which show everything that the distorted ones do,
         and a function that returns the new image of a distorted one. It has no depth where that
         has no pixel.
-
-    Raises:
-        ImportError: OpenCV is not installed.
     """
     cv: Any = require("cv2", extra="scans")
     size, coefficients = camera.size, np.array(camera.distortion)

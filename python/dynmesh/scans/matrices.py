@@ -14,11 +14,7 @@ _ROUNDED = 1e-3
 
 
 def matrix_of(name: str, value: Any, size: int) -> Floats:
-    """Returns a square matrix from its rows.
-
-    Raises:
-        TypeError, ValueError: it is none, or listed column by column; the message has the name.
-    """
+    """Returns a square matrix from its rows."""
     rows = value if isinstance(value, list) else []
     if len(rows) != size or any(not isinstance(row, list) or len(row) != size for row in rows):
         raise InputError(
@@ -38,11 +34,7 @@ def matrix_of(name: str, value: Any, size: int) -> Floats:
 
 
 def pose_of(name: str, value: Any) -> Floats:
-    """Returns (4, 4) a rotation and a position from their rows.
-
-    Raises:
-        TypeError, ValueError: it is none; the message has the name.
-    """
+    """Returns (4, 4) a rotation and a position from their rows."""
     pose = matrix_of(name, value, 4)
     if pose[3].tolist() != [0, 0, 0, 1]:
         raise InputError(f"{name}: its last row must be 0 0 0 1, not {_row(pose[3])}")

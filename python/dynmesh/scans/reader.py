@@ -44,7 +44,6 @@ class ScanReader(ABC):
     def __init__(
         self, path: Path, rig: Rig | None, numbers: list[Number], files: list[Path]
     ) -> None:
-        """Called by subclasses when the files are found."""
         self.path, self.rig = path, rig
         self.numbers, self.n_frames = numbers, len(numbers)
         self.files = files if rig is None or rig.file is None else [*files, rig.file]
@@ -54,17 +53,12 @@ class ScanReader(ABC):
         self._missing: tuple[str, ...] = ()
 
     def __iter__(self) -> Iterator[Scan | None]:
-        """Yields the scan of each frame; None where its file is missing."""
         return self.frames()
 
     def frames(
         self, start: int = 0, stop: int | None = None, step: int = 1
     ) -> Iterator[Scan | None]:
-        """Yields the scans of the frames ``[start:stop:step]``, counted from 0.
-
-        Raises:
-            TypeError, ValueError: these are no integers, or the step is 0.
-        """
+        """Yields the scans of the frames ``[start:stop:step]``, counted from 0."""
         return map(self._load, selected(self.n_frames, start, stop, step))
 
     def number(self, frame: int) -> Number:
@@ -116,7 +110,6 @@ class PointReader(ScanReader):
     """Point clouds, one file per frame."""
 
     def __init__(self, path: Path, suffix: str, rig: Rig | None, gaps: Gaps) -> None:
-        """Finds the files and reads the first."""
         result = find_files(path, suffix, gaps)
         self._files = result.files
         present = [file for file in result.files if file is not None]
@@ -138,7 +131,6 @@ class DepthReader(ScanReader):
     """
 
     def __init__(self, path: Path, rig: Rig, gaps: Gaps) -> None:
-        """Finds the files, and reads the headers of some."""
         for camera in rig.cameras:
             if camera.intrinsics is None:
                 stated = f'; state them in {CAMERAS}, with "poses": "{rig.file and rig.file.name}"'

@@ -17,12 +17,7 @@ _ROUNDED = 1e-3
 
 
 def poses_in(file: Path) -> list[dict[str, Any]]:
-    """Returns the poses in a file, as `cameras.json` lists them; their frames are the times.
-
-    Raises:
-        OSError: it cannot be read.
-        ValueError: a line is no pose; the message has its number.
-    """
+    """Returns the poses in a file, as `cameras.json` lists them; their frames are the times."""
     poses = []
     for number, line in enumerate(lines_in(file), start=1):
         words = words_in(line)

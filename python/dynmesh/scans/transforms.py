@@ -30,10 +30,6 @@ def as_cameras(transforms: dict[str, Any], folder: Path) -> dict[str, Any]:
     Args:
         transforms: the object in the file.
         folder: of the file, from which the names of images lead to them.
-
-    Raises:
-        TypeError, ValueError: the names of the images have no numbers, or what is needed of an
-            image is missing or cannot be read.
     """
     frames = transforms["frames"]
     if not isinstance(frames, list) or not frames:

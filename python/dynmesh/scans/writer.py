@@ -33,7 +33,6 @@ class ScanRun:
         scans: Iterable[Scan],
         save: Callable[[Path, bool, Iterator[Scan]], OutputReport],
     ) -> None:
-        """Takes the scans, and what writes them to a path and may replace what is there."""
         self.n_frames, self._scans, self._save = n_frames, iter(scans), save
         self._has_begun = False
         self.closing: Callable[[], object] = lambda: None

@@ -28,10 +28,6 @@ def ocean(frames: int = 1500, *, grid: int = 50, seed: int = 0, fps: float = 30.
         grid: vertices along either side, at least 2; there are 2 (grid - 1)^2 triangles.
         seed: selects the waves; equal seeds give equal seas.
         fps: frames per second; a higher rate samples the same motion more finely.
-
-    Raises:
-        TypeError: an argument has the wrong kind.
-        ValueError: an argument is out of range.
     """
     _check(frames, seed, fps)
     check_integer("grid", grid, 2)
@@ -48,10 +44,6 @@ def walker(frames: int = 175, *, seed: int = 0, fps: float = 30.0) -> Sequence:
         frames: number of frames, at least 1; the choreography is spread over them.
         seed: varies the gait and the build; equal seeds give equal figures.
         fps: frames per second stored in the sequence; the poses do not depend on it.
-
-    Raises:
-        TypeError: an argument has the wrong kind.
-        ValueError: an argument is out of range.
     """
     _check(frames, seed, fps)
     return _sequence(*walk(frames, seed), fps)
@@ -66,10 +58,6 @@ def bust(frames: int = 150, *, seed: int = 0, fps: float = 30.0) -> Sequence:
         frames: number of frames, at least 1.
         seed: varies where it looks and what it says; equal seeds give equal sequences.
         fps: frames per second; a higher rate samples the same motion more finely.
-
-    Raises:
-        TypeError: an argument has the wrong kind.
-        ValueError: an argument is out of range.
     """
     _check(frames, seed, fps)
     return _sequence(*speak(frames, seed, fps), fps)
@@ -84,10 +72,6 @@ def hand(frames: int = 97, *, seed: int = 0, fps: float = 30.0) -> Sequence:
         frames: number of frames, at least 1.
         seed: varies how fast and how far the fingers bend; equal seeds give equal sequences.
         fps: frames per second; a higher rate samples the same motion more finely.
-
-    Raises:
-        TypeError: an argument has the wrong kind.
-        ValueError: an argument is out of range.
     """
     _check(frames, seed, fps)
     return _sequence(*count(frames, seed, fps), fps)
@@ -103,10 +87,6 @@ def cloth(frames: int = 90, *, grid: int = 50, seed: int = 0, fps: float = 30.0)
         grid: vertices along either side, at least 2; there are 2 (grid - 1)^2 triangles.
         seed: varies how the cloth lies over the ball; equal seeds give equal sequences.
         fps: frames per second; a higher rate samples the same motion more finely.
-
-    Raises:
-        TypeError: an argument has the wrong kind.
-        ValueError: an argument is out of range.
     """
     _check(frames, seed, fps)
     check_integer("grid", grid, 2)
@@ -123,10 +103,6 @@ def beetle(frames: int = 90, *, seed: int = 0, fps: float = 30.0) -> Sequence:
         frames: number of frames, at least 1.
         seed: varies stride and pace; equal seeds give equal sequences.
         fps: frames per second; a higher rate samples the same motion more finely.
-
-    Raises:
-        TypeError: an argument has the wrong kind.
-        ValueError: an argument is out of range.
     """
     _check(frames, seed, fps)
     return _sequence(*march(frames, seed, fps), fps)
@@ -141,10 +117,6 @@ def heart(frames: int = 81, *, seed: int = 0, fps: float = 30.0) -> Sequence:
         frames: number of frames, at least 1.
         seed: varies the rates of the heart and of the breath; equal seeds give equal sequences.
         fps: frames per second; a higher rate samples the same motion more finely.
-
-    Raises:
-        TypeError: an argument has the wrong kind.
-        ValueError: an argument is out of range.
     """
     _check(frames, seed, fps)
     return _sequence(*beat(frames, seed, fps), fps)
@@ -172,9 +144,6 @@ def sequence(name: Name, *, frames: Input[int | None] = None, seed: Input[int] =
             a ball; beetle, of 31 rigid parts; or heart, which beats beside a lung.
         frames: number of frames; with fewer, the walker moves faster.
         seed: equal seeds give equal results.
-
-    Raises:
-        TypeError, ValueError: an argument is refused.
     """
     make: Callable[..., Sequence] = globals()[name]
     return make(seed=seed) if frames is None else make(frames, seed=seed)

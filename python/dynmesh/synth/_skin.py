@@ -31,7 +31,6 @@ class Skin:
     weights: Floats
 
     def __post_init__(self) -> None:
-        """Protect the arrays."""
         for array in (self.vertices, self.faces, self.weights):
             array.flags.writeable = False
 
@@ -56,7 +55,6 @@ class Flesh:
     """The smooth union of tapered capsules: the zero level of a soft minimum of their distances."""
 
     def __init__(self, capsules: Sequence[Capsule], blend: float) -> None:
-        """Take ends and radii of each, and the length over which they melt into one another."""
         starts, ends, radii = zip(*capsules, strict=True)
         self._starts, self._radii, self._blend = np.array(starts), np.array(radii), blend
         self._spans = np.array(ends) - self._starts

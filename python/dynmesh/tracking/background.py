@@ -134,11 +134,7 @@ corners of a box."""
 
 
 def crop_of(value: Any) -> Crop | None:
-    """Checks what should be cropped: a number, six numbers, or text with these and commas.
-
-    Raises:
-        ValueError: it is something else, or the corners of the box are exchanged.
-    """
+    """Checks what should be cropped: a number, six numbers, or text with these and commas."""
     if value is None:
         return None
     expected = "must be a distance, or x,y,z,x,y,z of two corners"
@@ -173,11 +169,6 @@ class Background:
     """
 
     def __init__(self, crop: Crop | str | None, remove_planes: bool) -> None:
-        """Takes nothing away if nothing is asked for.
-
-        Raises:
-            TypeError, ValueError: an argument is refused; see :func:`crop_of`.
-        """
         check_flags(remove_planes=remove_planes)
         self._crop = crop_of(crop)
         self._removes_planes = remove_planes
@@ -186,7 +177,6 @@ class Background:
         self._box = np.zeros((2, 3))
 
     def __bool__(self) -> bool:
-        """Whether anything is asked for."""
         return self._removes_planes or self._crop is not None
 
     def follow(self, points: Positions) -> None:
@@ -203,11 +193,7 @@ class Background:
             self.planes = planes_around(template, faces, scan.cloud)
 
     def enter(self, scan: Scan, faces: NDArray[Any], template: Positions) -> Scan:
-        """Does the same, and returns what is left of the scan.
-
-        Raises:
-            ValueError: nothing is left.
-        """
+        """Does the same, and returns what is left of the scan."""
         self.find(scan, faces, template)
         left = self.without(scan)
         if scan.has_points and not left.has_points:
@@ -263,11 +249,6 @@ class ScansWithoutBackground(ScanReader):
     def __init__(
         self, scans: ScanReader, sequence: Frames, room: Background, factor: float
     ) -> None:
-        """Finds the room in the first scan with points; their unit is `factor` times the other.
-
-        Raises:
-            ValueError: nothing is left of it, or a vertex is missing there where planes are sought.
-        """
         super().__init__(scans.path, scans.rig, scans.numbers, scans.files)
         self.metres_per_unit = scans.metres_per_unit
         self._scans, self._sequence, self._room, self._factor = scans, sequence, room, factor

@@ -21,13 +21,7 @@ that are exchanged look like feet that are, from behind."""
 
 
 def read_landmarks(path: Path) -> Landmarks:
-    """Reads the landmarks of a JSON file.
-
-    Raises:
-        OSError: it cannot be read.
-        ValueError: it is not as :func:`dynmesh.registered` describes; the message names the
-            landmark.
-    """
+    """Reads the landmarks of a JSON file."""
     with naming(path):
         given = json_in(path)
         if not isinstance(given, list) or not given:

@@ -73,12 +73,7 @@ def placed_in(
     advice: str,
     threads: int,
 ) -> Placed:
-    """Finds the template in the first scan with points, and the room around it.
-
-    Raises:
-        ValueError: there is none, nothing is left of it without the room, or the template is not
-            found.
-    """
+    """Finds the template in the first scan with points, and the room around it."""
     template, faces = template_of(mesh), mesh.faces
     with_points = (
         (number, scan)

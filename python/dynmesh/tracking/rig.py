@@ -203,10 +203,6 @@ def judge_rig(
     """Judges cameras by the first scan with points, without the room.
 
     `show` is called with the number of misreadings that were tried and of all.
-
-    Raises:
-        OSError, ImportError, ValueError: a file cannot be read, the scans are no depth images, or
-            no frame has points.
     """
     reader = open_scans(path, cameras=rig, gaps="lost")
     if rig is None or not isinstance(reader, DepthReader):

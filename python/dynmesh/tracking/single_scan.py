@@ -22,11 +22,6 @@ class SingleScan(ScanReader):
     """A point cloud, or a mesh, whose vertices are the points."""
 
     def __init__(self, path: Path, rig: Rig | None) -> None:
-        """Takes the path; cameras say where the sensors were.
-
-        Raises:
-            OSError, ImportError, ValueError: it cannot be read.
-        """
         meshes = {suffix for format in formats.FORMATS.values() for suffix in format.suffixes}
         meshes -= point_formats.keys()
         if path.suffix.lower() not in meshes | point_formats.keys():
@@ -45,12 +40,7 @@ class SingleScan(ScanReader):
 
 
 def open_single(path: Path, cameras: PathLike | None) -> ScanReader:
-    """Opens a point cloud, a mesh, or a folder or pattern with the depth images of one moment.
-
-    Raises:
-        OSError, ImportError, ValueError: as :func:`dynmesh.scans.open_scans`; or there are several
-            scans.
-    """
+    """Opens a point cloud, a mesh, or a folder or pattern with the depth images of one moment."""
     is_images = path.suffix.lower() == SUFFIX or any(path.rglob(f"*{SUFFIX}"))
     if path.is_dir() and not is_images:
         message = "is a folder; name one scan, or each in a row of a table of jobs"

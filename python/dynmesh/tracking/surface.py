@@ -35,7 +35,6 @@ class Surface:
     """
 
     def __init__(self, faces: NDArray[np.integer[Any]], points: Positions) -> None:
-        """Chooses vertices of triangles that have an area, with their normals."""
         self.faces = faces
         self.points = points.astype(np.float64)
         self.mean_edge = mean_edge_of(self.points, faces)

@@ -139,10 +139,6 @@ def units_of(
     """Returns the units of scans and a template, as their files state them or as they are given.
 
     With `assumes`, a template without a unit is in that which the file of the scan states.
-
-    Raises:
-        ValueError: a unit contradicts a file; or that of the scans is known, and that of the
-            template is not.
     """
     stated = template.header.metres_per_unit
     own = agreed(stated, template_unit, "template_unit", template.path)

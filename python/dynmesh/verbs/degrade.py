@@ -82,10 +82,6 @@ def degrade(
         The frames with masks: a :class:`dynmesh.Sequence` of frames in memory; of others, a
         :class:`dynmesh.frames.Run`, whose frames are made when they are gone through. Or a
         :class:`dynmesh.scans.ScanRun` of scans.
-
-    Raises:
-        OSError, ImportError, TypeError, ValueError: a file cannot be read, or an argument is
-            refused.
     """
     shares = {"known": known, "patches": patches, "dropout": dropout, "outliers": outliers}
     losses: dict[str, Any] = {

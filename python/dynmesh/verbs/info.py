@@ -99,10 +99,6 @@ def info(
         source: how to read the file.
         strict: whether an error or a warning makes the command fail.
         progress: whether to show on standard error how far it is.
-
-    Raises:
-        OSError, ImportError, TypeError, ValueError: a file cannot be read. Problems of the mesh and
-            of the positions are findings, not errors.
     """
     source = source or {}
     name, meshes = "memory", dict[str, bool]()

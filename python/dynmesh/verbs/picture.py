@@ -49,10 +49,6 @@ def picture(
         azimuth: the viewing angle around the up axis, in degrees.
         size: pixels of a frame, each way.
         progress: whether to show on standard error how far it is.
-
-    Raises:
-        OSError, ImportError, TypeError, ValueError: a file cannot be read, an extra is
-            not installed, there is no such frame, or an argument is refused.
     """
     check_integer("size", size, 16)
     check_integer("count", count, 1)

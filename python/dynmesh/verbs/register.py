@@ -117,10 +117,6 @@ def registered(
     Returns:
         One frame, the registered mesh in the unit of the scan, which is made when it is read. Then
         there is a report, whose :meth:`~dynmesh.verbs.register.RegisterReport.page` shows it.
-
-    Raises:
-        OSError, ImportError, TypeError, ValueError: a file cannot be read, or an argument is
-            refused.
     """
     template, scan = path_of("template", template), path_of("scan", scan)
     room = Background(crop, remove_planes)

@@ -74,10 +74,6 @@ def view(
         max_frames: longer sequences show every second, third, ... frame.
         max_vertices: larger meshes are simplified to about this many vertices.
         progress: whether to show on standard error how far it is.
-
-    Raises:
-        OSError, ImportError, TypeError, ValueError: a file cannot be read, an extra is not
-            installed, or an argument is refused.
     """
     check_integer("max_frames", max_frames, 1)
     check_integer("max_vertices", max_vertices, 4)

@@ -11,7 +11,6 @@ class Mesh:
     """The triangles of a mesh, and the vertices beside each vertex."""
 
     def __init__(self, triangles: Integers, n_vertices: int) -> None:
-        """Finds what is beside what."""
         if len(triangles) == 0:
             message = "is empty; completion needs the connectivity of the mesh"
             raise InputError(message, argument="faces")

@@ -34,11 +34,7 @@ class Window:
 
 
 def _frame(reader: Frames, number: int, frame: Frame) -> tuple[Positions, Mask]:
-    """Returns the positions and the mask of a frame.
-
-    Raises:
-        ValueError: a known position is out of range.
-    """
+    """Returns the positions and the mask of a frame."""
     points = _arrays.points("points", frame.points, reader.dtype)
     known = _arrays.known_mask(frame.claimed)
     largest = LARGEST[points.dtype.itemsize]

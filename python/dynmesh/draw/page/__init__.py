@@ -47,7 +47,6 @@ class Shown:
     n_triangles: int
 
     def __str__(self) -> str:
-        """Describes what was left out; empty if nothing was."""
         parts = []
         if self.step > 1:
             parts.append(f"every {_ordinal(self.step)} of {self.n_frames} frames")
@@ -121,11 +120,6 @@ def page(
     or were filled in.
 
     The arguments are those of :func:`dynmesh.view`, with readers in place of paths.
-
-    Raises:
-        ImportError: k3d, pyvista or SciPy is not installed.
-        ValueError: no vertex is known in any shown frame, a mesh to be simplified has no complete
-            frame 0, or see :class:`dynmesh.draw.heatmap.Heatmap`.
     """
     require_page(scans=scans is not None)
     factor = 1.0

@@ -58,7 +58,6 @@ class Unit:
     """Converts positions to units of the longest side of a box, (2, 3), around its middle."""
 
     def __init__(self, box: NDArray[np.floating[Any]]) -> None:
-        """Takes two corners of the box."""
         low, high = box.astype(np.float64)
         self.middle, self.length = (low + high) / 2, float((high - low).max()) or 1.0
 
@@ -68,11 +67,7 @@ class Unit:
 
 
 def new_plot(up: str) -> tuple[Any, Any]:
-    """Returns the library and a plot with nothing but what is added to it.
-
-    Raises:
-        ImportError: k3d is not installed.
-    """
+    """Returns the library and a plot with nothing but what is added to it."""
     k3d = require("k3d", extra="view")
     plot = k3d.plot(
         background_color=0xFFFFFF,

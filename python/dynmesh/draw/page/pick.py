@@ -36,10 +36,6 @@ def pick_page(
 
     The scans are in the unit of the landmarks, and the page saves these under `file_name`. The
     other arguments are those of :func:`dynmesh.view`.
-
-    Raises:
-        ImportError: k3d is not installed.
-        ValueError: no scan has points, or a vertex of the template is missing.
     """
     first = next(iter(template))
     with locating(file=template.path):

@@ -43,9 +43,6 @@ def player(
     scales are None for one colour. The captions are those of the panes, from left to right:
     "sequence", those beside it in the frames, and "scans" if the frames have clouds. `told` is what
     the script is told beside that.
-
-    Raises:
-        ImportError: k3d is not installed.
     """
     unit = Unit(view.box)
     told = dict(told) | {

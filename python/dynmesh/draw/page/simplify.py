@@ -21,9 +21,6 @@ def thin(
 
     Returns:
         (v,) the numbers of the kept vertices and (t, 3) triangles of these v.
-
-    Raises:
-        ValueError: a mesh with more vertices has a position that is not finite.
     """
     if len(points) <= max_vertices:
         return np.arange(len(points)), np.asarray(faces, np.intp)

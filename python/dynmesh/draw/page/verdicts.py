@@ -64,10 +64,6 @@ def shown_verdicts(path: Path, reader: Frames, indices: range) -> list[Verdict]:
         path: the table that :func:`dynmesh.track` writes.
         reader: the sequence.
         indices: the frames that are shown, of which the first is 0.
-
-    Raises:
-        OSError: it cannot be read.
-        ValueError: it is invalid, or of a frame that the sequence does not have.
     """
     verdicts = _read(path)
     numbers = [reader.header.number(index) for index in range(reader.n_frames)]
