@@ -17,12 +17,12 @@ class DoubtfulWarning(UserWarning):
     """A result is doubtful or probably ruined, by its own measure."""
 
 
-def warn_of_doubt(message: str) -> None:
-    """Warns at the line outside of this package that asked for the result."""
+def warn(message: str, kind: type[Warning] = UserWarning) -> None:
+    """Warns at the line outside of this package that asked for what was done."""
     package, level, frame = str(Path(__file__).parent), 1, sys._getframe()
     while frame.f_back is not None and frame.f_code.co_filename.startswith(package):
         frame, level = frame.f_back, level + 1
-    warnings.warn(message, DoubtfulWarning, stacklevel=level)
+    warnings.warn(message, kind, stacklevel=level)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -33,7 +33,7 @@ from ._checks import (
     selected,
 )
 from ._errors import InputError, KindError, locating, naming
-from ._report import Report, warn_of_doubt
+from ._report import DoubtfulWarning, Report, warn
 from .polygons import Polygons, check_exist, check_polygons, split_faces, split_polygons
 
 __all__ = ["FileFrames", "Frame", "Frames", "Header", "Origin", "Run", "Stored"]
@@ -820,7 +820,7 @@ class Run(Frames, Generic[R]):
                 done = replace(done, quality=before.quality, reason=before.reason)
             self._report = done
             if done.reason:
-                warn_of_doubt(f"{self.path}: {done.reason}")
+                warn(f"{self.path}: {done.reason}", DoubtfulWarning)
         else:
             frames = chain([further], frames)  # which are too many
         yield last

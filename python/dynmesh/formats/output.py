@@ -9,7 +9,6 @@ import errno
 import os
 import shutil
 import stat
-import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -17,13 +16,16 @@ from typing import Any, TypeVar
 
 from .._checks import path_of
 from .._errors import InputError
-from .._report import listed
+from .._report import listed, warn
 from ..frames import ATTRIBUTES, Header
 
 R = TypeVar("R")
 
 NO_LOCKS = {errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP, errno.ENOTSUP}
 """What disks that have no locks answer, such as those of some networks and containers."""
+_MOST_ATTEMPTS = 1000
+"""Of locking a folder that other processes keep removing."""
+
 _INSIDE = "scans"
 """The name of an output in a folder that cannot be exchanged."""
 
@@ -53,24 +55,23 @@ def making(output: Path, *, is_folder: bool = False) -> Iterator[Path]:
     missing = [above for above in hidden.parents if not above.exists()]
     how: dict[str, Any] = {"blocking": False, "thread_local": False}
     lock: BaseFileLock = FileLock(hidden / "lock", fallback_to_soft=False, **how)
+    attempts = 0
     while not lock.is_locked:
-        hidden.parent.mkdir(parents=True, exist_ok=True)
-        if os.path.lexists(hidden) and (hidden.is_symlink() or not hidden.is_dir()):
-            raise NotADirectoryError(f"{hidden}: is not a folder; remove it")
-        hidden.mkdir(exist_ok=True)
-        with suppress(FileNotFoundError):  # the process that had it has just removed it
-            try:
-                lock.acquire()
-            except Timeout:
+        attempts += 1
+        try:
+            _make_folder(hidden)
+            lock.acquire()
+        except FileNotFoundError:  # the process that had it has just removed it
+            if attempts == _MOST_ATTEMPTS:
+                raise
+        except Timeout:
+            if Path(lock.lock_file).exists() or attempts == _MOST_ATTEMPTS:
                 raise BlockingIOError(f"{output}: is being written by another process") from None
-            except OSError as error:
-                if error.errno not in NO_LOCKS:
-                    raise
-                message = (
-                    f"{output}: its disk has no locks ({error.strerror}); a lock file stands in"
-                )
-                warnings.warn(message, stacklevel=3)
-                lock = SoftFileLock(hidden / "lock_file", **how)
+        except OSError as error:
+            if error.errno not in NO_LOCKS:
+                raise
+            warn(f"{output}: its disk has no locks ({error.strerror}); a lock file stands in")
+            lock = SoftFileLock(hidden / "lock_file", **how)
     try:
         _clear(hidden, output)
         folder = hidden / ("all" if is_folder else "new")
@@ -85,6 +86,16 @@ def making(output: Path, *, is_folder: bool = False) -> Iterator[Path]:
         for above in (hidden, *missing):
             with suppress(OSError):  # it is not empty
                 above.rmdir()
+
+
+def _make_folder(hidden: Path) -> None:
+    """Makes a folder that may be there, which another process may remove at any time."""
+    hidden.parent.mkdir(parents=True, exist_ok=True)
+    try:
+        hidden.mkdir()
+    except FileExistsError:
+        if not stat.S_ISDIR(hidden.lstat().st_mode):
+            raise NotADirectoryError(f"{hidden}: is not a folder; remove it") from None
 
 
 def _clear(hidden: Path, output: Path) -> None:

@@ -3,7 +3,6 @@
 import errno
 import glob
 import os
-import warnings
 from functools import cache
 from importlib.metadata import entry_points
 from pathlib import Path
@@ -12,7 +11,7 @@ from typing import TypeAlias
 from .._checks import path_of
 from .._errors import InputError, KindError, naming
 from .._extras import require
-from .._report import listed
+from .._report import listed, warn
 from ..frames import Frames, largest_start
 from .alembic import alembic
 from .folders import files_in, matching, with_missing
@@ -50,8 +49,7 @@ def all_formats() -> dict[str, Format]:
             if not isinstance(format, Format):
                 raise KindError(f"is no dynmesh.Format, but {type(format).__name__}")
         except Exception as error:  # of any kind, and no reason that others cannot be used
-            message = f"format {point.name} of {point.value} cannot be loaded: {error}"
-            warnings.warn(message, stacklevel=2)
+            warn(f"format {point.name} of {point.value} cannot be loaded: {error}")
             continue
         result.setdefault(format.name, guarded(format))
     return result
