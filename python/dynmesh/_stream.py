@@ -12,7 +12,7 @@ from ._arrays import Positions
 from ._checks import check_flags, check_integer, check_number
 from ._errors import KindError, SettingError
 from .frames import Frame
-from .polygons import Faces, Mesh
+from .polygons import Faces, Mesh, mesh_arrays
 from .topology import RefusedFace, TopologyReport
 
 
@@ -154,6 +154,8 @@ class Stream:
         return self._first_frame.dtype
 
     def _points(self, name: str, given: Any, shape: str = "(k, 3)") -> Positions:
+        if not isinstance(given, np.ndarray) and (mesh := mesh_arrays(given)) is not None:
+            given = mesh[1]
         return _arrays.points(name, given, self._first_frame.dtype, shape)
 
     def _made(self, out: Positions | None, make: Callable[[Positions], object]) -> Positions:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from importlib import import_module
 from pathlib import Path
-from typing import Any, Self, overload
+from typing import Any, Self, TypeAlias, overload
 
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
@@ -39,9 +39,9 @@ from .frames import (
     summary,
     with_all_needed,
 )
-from .polygons import as_polygons, mesh_arrays, split_faces
+from .polygons import Mesh, as_polygons, mesh_arrays, split_faces
 
-__all__ = ["Sequence", "read"]
+__all__ = ["InMemory", "Sequence", "read"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -233,6 +233,10 @@ class Sequence(Description, VertexAttributes, Stored):
     def _repr_html_(self) -> str:
         """A player or a table, as notebooks show it."""
         return str(_called("draw.notebook", "shown", self))
+
+
+InMemory: TypeAlias = Sequence | NDArray[np.floating[Any]] | Some[Mesh]
+"""A sequence, positions (n, k, 3) beside faces, or meshes of trimesh or PyVista, a frame each."""
 
 
 def _called(module: str, name: str, *given: Any, **options: Any) -> Any:

@@ -57,7 +57,8 @@ class Command:
         if self._reads or takes_source:
             every += [o for o in options_of(formats.open) if o.names or self._reads]
         if self._writes:
-            every += [o for o in options_of(formats.write) if o.parameter.name != "frames"]
+            of_write = options_of(formats.write)
+            every += [o for o in of_write if o.parameter.name not in ("frames", "faces")]
         for one in (beside := BESIDE.get(self.__name__, [])):
             names = names_of(self.__name__, one.key)
             every.append(Option(filled, one.parameter, names, "output", one.help))

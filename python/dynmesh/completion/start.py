@@ -13,10 +13,9 @@ import numpy as np
 
 from .. import formats
 from .._arrays import Positions
-from .._checks import path_of
 from .._errors import InputError, KindError, locating
 from .._report import counted
-from ..formats import PathLike
+from ..formats import OneSequence
 from ..formats.comparison import check_same_mesh
 from ..formats.times import index_of
 from ..frames import FUSED, Frame, Frames, Header, Origin, check_whole, frame_at
@@ -116,15 +115,18 @@ def check_start(start: object, template: object) -> None:
 
 @contextlib.contextmanager
 def open_with_template(
-    frames: Any, template: PathLike | None, faces: Any = None
+    frames: Any, template: OneSequence | None, faces: Any = None
 ) -> Iterator[tuple[Frames, StartFrame | None]]:
     """Opens a sequence and, if there is one, the template from which completion starts."""
-    shared: formats.Source = {"faces": template if faces is None else faces}
-    with formats.opened(frames, "sequence", shared) as source:
-        if template is None:
+    if template is None:
+        with formats.opened(frames, "sequence", {"faces": faces}) as source:
             yield source, None
-            return
-        with formats.open(path_of("template", template)) as whole:
+        return
+    with formats.opened(template, "template") as whole:
+        shared: formats.Source = {"faces": whole.header.polygons or whole.faces}
+        with formats.opened(
+            frames, "sequence", shared if faces is None else {"faces": faces}
+        ) as source:
             first = template_of(whole)
             check_same_mesh(whole, source)
             # What the output keeps beside positions: polygons, texture coordinates, materials.
@@ -136,16 +138,14 @@ def open_with_template(
                 origin = replace(
                     origin, texture=shown.texture, remarks=source.remarks, is_scene=of_own
                 )
-            yield (
-                source,
-                StartFrame(
-                    first.astype(source.dtype),
-                    -1,
-                    tuple(whole.files),
-                    polygons=shown.header.polygons,
-                    origin=origin,
-                ),
+            start = StartFrame(
+                first.astype(source.dtype),
+                -1,
+                tuple(whole.files),
+                polygons=shown.header.polygons,
+                origin=origin,
             )
+            yield source, start
 
 
 def start_in(

@@ -17,11 +17,12 @@ from .._progress import tracked
 from ..formats import PathLike
 from ..formats.comparison import check_same_mesh
 from ..frames import Frames, check_whole
-from ..sequence import Sequence
+from ..polygons import Mesh
+from ..sequence import Sequence, as_sequence
 
-TrainingFrames: TypeAlias = PathLike | Frames | Positions | Iterable[PathLike | Frames]
-"""A file with training frames, frames of :func:`dynmesh.open`, positions (n, k, 3), or several
-files or frames."""
+TrainingFrames: TypeAlias = PathLike | Frames | Positions | Iterable[PathLike | Frames | Mesh]
+"""A file with training frames, frames of :func:`dynmesh.open`, positions (n, k, 3), meshes of
+trimesh or PyVista, or several files or frames."""
 
 _EXPECTED = "a path, frames, positions (n, k, 3), or a list of paths or frames"
 
@@ -90,6 +91,8 @@ def _sources(training: TrainingFrames | None, like: Frames) -> list[Path | Frame
         except DynmeshError as error:
             error.argument = "training"
             raise
+    if (own := as_sequence(training)) is not None:  # meshes of other libraries
+        return [own.named("training")]
     listed: Any = [training] if isinstance(training, str | os.PathLike | Frames) else training
     if not isinstance(listed, Iterable):
         raise KindError(f"must be {_EXPECTED}, not {training!r}", argument="training")

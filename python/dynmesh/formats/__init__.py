@@ -5,7 +5,6 @@ keeps. They process one frame at a time, so memory does not grow with the length
 """
 
 from collections.abc import Iterator, Mapping
-from collections.abc import Sequence as Some
 from contextlib import contextmanager
 from typing import Any, Literal, TypeAlias, TypedDict, Unpack
 
@@ -15,8 +14,8 @@ from numpy.typing import NDArray
 from .._checks import check_choice, path_of
 from .._errors import naming
 from ..frames import Frames, Kept, Run, Stored, check_any
-from ..polygons import Faces, Mesh, split_faces
-from ..sequence import Sequence, as_sequence
+from ..polygons import Faces, split_faces
+from ..sequence import InMemory, Sequence, as_sequence
 from .format import Format, Gaps, NoFacesError, Template, template_of
 from .masks import MaskedFrames
 from .table import (
@@ -121,7 +120,6 @@ def meshes_of(path: PathLike, format: str | None = None) -> Mapping[str, bool]:
         return {} if chosen.meshes is None else chosen.meshes(path)
 
 
-InMemory: TypeAlias = Sequence | NDArray[np.floating[Any]] | Some[Mesh]
 InFile: TypeAlias = PathLike | Frames
 OneSequence: TypeAlias = InMemory | InFile
 """A file in any format, frames of :func:`open` or of a verb, a sequence in memory, positions (n, k,

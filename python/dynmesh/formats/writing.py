@@ -17,6 +17,8 @@ from .._checks import check_flags, path_of
 from .._errors import InputError, KindError, locating, naming
 from .._report import OutputReport, Report, counted, listed
 from ..frames import ATTRIBUTES, TEXTURE, Frame, Frames, Header, Origin, check_any, checked
+from ..polygons import Faces
+from ..sequence import InMemory, as_sequence
 from .format import STATED, Format, not_written
 from .output import blaming, bytes_of, check_space, identity, making
 from .place import Place
@@ -50,7 +52,8 @@ class Written(OutputReport):
 
 def write(
     path: PathLike,
-    frames: Frames,
+    frames: InMemory | Frames,
+    faces: Faces | None = None,
     *,
     format: str | None = None,
     provenance: bool | None = None,
@@ -65,7 +68,9 @@ def write(
     Args:
         path: the file, in one of the formats; a pattern such as 'out/frame_%04d.ply' for a format
             with one file for each frame; or a folder, for the names of the files that were read.
-        frames: those of :func:`dynmesh.open`, of a verb, or a :class:`dynmesh.Sequence`.
+        frames: those of :func:`dynmesh.open`, of a verb, or a :class:`dynmesh.Sequence`; or
+            positions (n, k, 3), or meshes of trimesh or PyVista.
+        faces: of positions alone.
         format: the format of the file, if its suffix does not say it.
         provenance: whether to write how many edges each vertex is from an observed one
             (generation), and for how many frames it was not observed (age); else, if the frames
@@ -81,7 +86,7 @@ def write(
         TypeError, ValueError: the format cannot hold such frames, or one of them cannot be made.
     """
     given = path_of("path", path)
-    if not isinstance(frames, Frames):
+    if not isinstance(frames := as_sequence(frames, faces) or frames, Frames):
         message = f"must be those of open, of a verb or a Sequence, not {type(frames).__name__}"
         raise KindError(message, argument="frames")
     check_any(frames)

@@ -17,7 +17,7 @@ from ..completion.passes import SequenceSettings, Tally, completed_frames, verdi
 from ..completion.start import Start, StartFrame, check_start, open_with_template, start_in
 from ..completion.training import Training, TrainingFrames
 from ..diagnosis.finding import percent
-from ..formats import OneSequence, PathLike
+from ..formats import OneSequence
 from ..formats.masks import MaskedFrames
 from ..formats.times import index_of
 from ..frames import Frame, Frames, Run
@@ -117,7 +117,7 @@ def complete(
     faces: Faces | None = None,
     *,
     start: Input[Start] = "auto",
-    template: Input[PathLike | None] = None,
+    template: Input[OneSequence | None] = None,
     method: Method[Literal["motion", "detail"]] = "detail",
     noise: Method[float | None] = None,
     reject_outliers: Method[bool] = False,

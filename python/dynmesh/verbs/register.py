@@ -2,9 +2,8 @@
 
 import contextlib
 import os
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 from typing import Any, overload
 
 import numpy as np
@@ -19,7 +18,7 @@ from .._report import Report, as_json
 from ..completion.start import template_of
 from ..draw.page import Page
 from ..draw.page import page as scan_page
-from ..formats import PathLike
+from ..formats import OneSequence, PathLike
 from ..frames import Frame, Frames, Run
 from ..geometry import size_of
 from ..polygons import Faces, Mesh
@@ -79,7 +78,7 @@ class RegisterReport(Report):
 
 
 def registered(
-    template: PathLike,
+    template: OneSequence,
     scan: PathLike,
     *,
     landmarks: Input[PathLike | None] = None,
@@ -118,7 +117,7 @@ def registered(
         One frame, the registered mesh in the unit of the scan, which is made when it is read. Then
         there is a report, whose :meth:`~dynmesh.verbs.register.RegisterReport.page` shows it.
     """
-    template, scan = path_of("template", template), path_of("scan", scan)
+    scan = path_of("scan", scan)
     room = Background(crop, remove_planes)
     if room.follows:
         message = f"must be two corners of a box, x,y,z,x,y,z, not {crop!r}"
@@ -217,13 +216,15 @@ def _page(registration: Registration, mesh: Frames, reader: ScanReader) -> Page:
     )
 
 
-def _opened(template: Path) -> Frames:
+@contextlib.contextmanager
+def _opened(template: OneSequence) -> Iterator[Frames]:
     """Opens the template, which may have been exchanged with the scan."""
     try:
-        return formats.open(template)
+        with formats.opened(template, "template") as mesh:
+            yield mesh
     except formats.NoFacesError as error:
         message = "holds points without faces; the template, a mesh, comes before the scan"
-        raise InputError(message, file=template) from error
+        raise InputError(message, file=error.file) from error
 
 
 def _reason(
@@ -287,7 +288,7 @@ def _misplaced(registration: Registration, landmarks: Landmarks) -> str:
 
 
 @overload
-def register(template: PathLike, scan: PathLike, **options: Any) -> Run[RegisterReport]: ...
+def register(template: OneSequence, scan: PathLike, **options: Any) -> Run[RegisterReport]: ...
 @overload
 def register(
     faces: Faces | Mesh,
@@ -299,13 +300,13 @@ def register(
 def register(*given: Any, **options: Any) -> Run[RegisterReport] | Registration:
     """Finds a template in a scan: the mesh, in the shape of the scan.
 
-    Of files, as ``register("body.obj", "scan.ply")``, this is a run of one frame, with the options
-    of :func:`dynmesh.verbs.register.registered`; of arrays or a mesh of another library, as
-    ``register(faces, template, points)`` or ``register(mesh, points)``, it is
+    With the file of a scan, as ``register("body.obj", "scan.ply")``, this is a run of one frame,
+    with the options of :func:`dynmesh.verbs.register.registered`; of arrays or a mesh of another
+    library, as ``register(faces, template, points)`` or ``register(mesh, points)``, it is
     :func:`dynmesh.registration.register`, which describes the result and the options.
     """
-    first = given[0] if given else options.get("template")
-    is_of_files = isinstance(first, str | os.PathLike)
+    every = [*given[:2], options.get("template"), options.get("scan")]
+    is_of_files = any(isinstance(one, str | os.PathLike) for one in every)
     function: Any = registered if is_of_files else registration.register
     result: Run[RegisterReport] | Registration = function(*given, **options)
     return result

@@ -14,7 +14,7 @@ from .._progress import steps, tracked
 from .._report import Report, counted, write_csv
 from ..alignment import Alignment
 from ..completion.training import Training, TrainingFrames
-from ..formats import PathLike
+from ..formats import OneSequence, PathLike
 from ..formats.format import Gaps
 from ..formats.names import Number
 from ..formats.times import timing_of
@@ -133,7 +133,7 @@ class TrackReport(Report):
 def track(
     scans: PathLike,
     *,
-    template: Input[PathLike],
+    template: Input[OneSequence],
     landmarks: Input[PathLike | None] = None,
     cameras: Input[PathLike | None] = None,
     scan_unit: Input[float | str | None] = None,
@@ -194,17 +194,17 @@ def track(
         OSError, ImportError, TypeError, ValueError: a file cannot be read, an argument is
             refused, or the template is not found in the first scan.
     """
-    scans, template = path_of("scans", scans), path_of("template", template)
+    scans = path_of("scans", scans)
     marked = [] if landmarks is None else [path_of("landmarks", landmarks)]
     check_flags(recover=recover, uncertainty=uncertainty)
     check_resolution(resolution)
     check_integer("threads", threads, 1)
     Background(crop, remove_planes)  # which refuses what is no box
     with contextlib.ExitStack() as stack:
-        mesh = stack.enter_context(formats.open(template))
+        mesh = stack.enter_context(formats.opened(template, "template"))
         reader = open_scans(scans, cameras=cameras, gaps=gaps)
         units = units_of(reader, mesh, scan_unit, template_unit)
-        look = _LOOK.format(scans, template) if isinstance(reader, DepthReader) else ""
+        look = _LOOK.format(scans, mesh.path) if isinstance(reader, DepthReader) else ""
         marks = read_landmarks(marked[0]) if marked else None
         learnt = Training(training, mesh, progress)
         header = replace(

@@ -147,7 +147,7 @@ def test_frames_that_are_made_are_no_array() -> None:
         with pytest.raises((TypeError, AttributeError), match=r"read\(\)"):
             use(done)
     with pytest.raises(TypeError, match="frames: must be those of open, of a verb or a Sequence"):
-        dynmesh.write("a.npz", [PARTIAL.vertices])  # type: ignore[arg-type]
+        dynmesh.write("a.npz", [PARTIAL.vertices])
 
 
 def test_hardly_anything_known_is_doubtful() -> None:
