@@ -284,9 +284,16 @@ class Header(Description):
         """Whether each frame has the standard errors of its vertices."""
         return "standard_error" in self.attributes
 
+    @property
+    def numbers(self) -> NDArray[np.float64]:
+        """(n,) the number of each frame in its file."""
+        if self.times is not None:
+            return self.times
+        return self.start + np.arange(self.n_frames, dtype=np.float64)
+
     def of_frames(self, indices: Sequence[int]) -> "Header":
         """The header of the frames with these indices, of which each keeps its number."""
-        numbers = numbers_of(self, self.n_frames)[np.asarray(indices, np.intp)]
+        numbers = self.numbers[np.asarray(indices, np.intp)]
         run = indices if isinstance(indices, range) else range(0, 0, 2)
         are_consecutive = self.times is None and run.step == 1
         start = float(numbers[0]) if len(numbers) else self.start + run.start
@@ -300,13 +307,6 @@ class Header(Description):
         if not self.has_standard_error:
             del result["standard_error_of"]
         return {name: value for name, value in result.items() if value is not None}
-
-
-def numbers_of(description: Description, n_frames: int) -> NDArray[np.float64]:
-    """Returns (n,) the number of each of n frames in their file."""
-    if description.times is not None:
-        return description.times
-    return description.start + np.arange(n_frames, dtype=np.float64)
 
 
 def summary(n_frames: int, n_vertices: int, n_faces: int, dtype: np.dtype[Any]) -> str:
@@ -879,17 +879,22 @@ class Kept(Stored):
 
     @property
     def report(self) -> Any:
-        """That of the run."""
+        """That of the run, all frames of which are made for it."""
+        self._keep(self.n_frames)
         return self._run.report
 
     def _frames(self, numbers: Indices) -> Iterator[Frame]:
+        for number in numbers:
+            yield self._keep(number + 1).frame(number)
+
+    def _keep(self, n: int) -> "Records":
+        """Keeps the first n frames."""
         if self._records is None:
             self._records, self._left = Records(self.header, self.n_frames), checked(self._run)
-        for number in numbers:
-            while self._n_kept <= number:
-                self._records.store(self._n_kept, next(self._left))
-                self._n_kept += 1
-            yield self._records.frame(number)
+        while self._n_kept < n:
+            self._records.store(self._n_kept, next(self._left))
+            self._n_kept += 1
+        return self._records
 
     def _close(self) -> None:
         self._records = None

@@ -125,7 +125,8 @@ class Command:
             warnings.simplefilter("ignore", DoubtfulWarning)  # the report says it
             result = stack.enter_context(self._result(stack, own, opening))
             if isinstance(result, ScanRun):
-                _refuse_for_scans({**writing, "overwrite": None})
+                format = writing.pop("format", None)
+                _refuse_for_scans({**writing, "overwrite": None, "output_format": format})
                 return result.write(output, overwrite=replaces)
             written = formats.write(output, result, **writing)
             if wanted:

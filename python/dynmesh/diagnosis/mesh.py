@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from .._arrays import Mask, Positions
 from .._report import counted
 from ..completer import Completer
-from ..evaluation.metrics import bounding_box_diagonal
+from ..metrics import bounding_box_diagonal
 from ..topology import cells
 from .finding import Finding, listed
 

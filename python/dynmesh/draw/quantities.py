@@ -11,10 +11,10 @@ import numpy as np
 from .._arrays import Positions
 from .._errors import InputError, locating
 from .._extras import require
-from ..evaluation.metrics import bounding_box_diagonal
 from ..frames import FUSED, Frame, Frames, check_whole, frame_at
 from ..geometry import mean_edge_of
 from ..losses.shared import round_up
+from ..metrics import bounding_box_diagonal
 from ..scans import ScanReader
 from .figures import HEATMAP_RANGE, KNOWN_COLOUR, MISSING_COLOUR
 from .scales import Scale, Values, count_scale, measure_scale, step_scale

@@ -9,12 +9,12 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from .. import metrics
 from .._errors import InputError, locating
 from .._progress import tracked
 from ..formats.comparison import check_comparable, check_same_size
-from ..formats.times import frame_numbers, indices_of
+from ..formats.times import indices_of
 from ..frames import Frame, Frames, check_whole
-from . import metrics
 from .calibration import Calibrating, Calibration
 
 _FRAMES_AT_ONCE = 32  # measured together, because each call builds the cells anew
@@ -61,7 +61,7 @@ def measured(
     check_same_size(completed, reference)
     numbers = range(1, reference.n_frames) or range(1)
     if frames is not None:
-        numbers = indices_of(frame_numbers(completed.header), frames)
+        numbers = indices_of(completed.header.numbers, frames)
     unit = _diagonal(reference)
     calibrating = Calibrating()
     of_positions = completed.header.standard_error_of == "position"

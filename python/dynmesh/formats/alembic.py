@@ -34,7 +34,6 @@ from .format import (
 )
 from .output import bytes_of
 from .own_space import extent_of
-from .times import frame_numbers
 
 
 def library_array(kind: str, values: NDArray[Any]) -> Any:
@@ -129,7 +128,7 @@ def _times(header: Header) -> Any:
     if header.times is None:
         return core.TimeSampling(1 / fps, header.start / fps)
     times = core.TimeVector()
-    times[:] = (frame_numbers(header) / fps).tolist()
+    times[:] = (header.numbers / fps).tolist()
     return core.TimeSampling(core.TimeSamplingType(core.AcyclicFlag.kAcyclic), times)
 
 

@@ -11,7 +11,7 @@ from .._arrays import Positions
 from .._checks import check_choice, check_positive
 from .._errors import InputError, locating
 from ..frames import RANGE, Axis, Frame, Header
-from .times import check_slice, frame_numbers, indices_of
+from .times import check_slice, indices_of
 from .units import agreed, metres_of
 
 Unit: TypeAlias = float | str
@@ -47,7 +47,7 @@ class Changes:
         """What becomes of a sequence with this header, and the indices of the frames it takes."""
         indices = range(n_frames := header.n_frames)
         if self.frames is not None:
-            numbers = frame_numbers(header)
+            numbers = header.numbers
             indices = indices_of(numbers, self.frames)
             numbers = numbers[indices]
             times = None if header.times is None and indices.step == 1 else numbers

@@ -9,7 +9,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from .._errors import InputError, naming
-from ..frames import ATTRIBUTES, FileFrames, Frame, Frames, Header, Indices, Origin, numbers_of
+from ..frames import ATTRIBUTES, FileFrames, Frame, Frames, Header, Indices, Origin
 from ..polygons import Polygons, as_polygons, split_polygons
 from .comments import Metadata
 from .folders import find_files, names_to_write
@@ -147,7 +147,7 @@ def write_frames(
         raise InputError("the sequence has no faces, which the first file needs")
     for number, frame in zip(numbers, frames, strict=True):
         save(path.with_name(names.name(number)), frame)
-    if not names.numbered or numbers == numbers_of(header, header.n_frames).tolist():
+    if not names.numbered or numbers == header.numbers.tolist():
         return []
     return [
         "the files are numbered from 0, not with the numbers of its frames, which are read back as "

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from .._checks import check_integer, check_number
 from .._errors import InputError, KindError
-from ..frames import Header, numbers_of
+from ..frames import Header
 from .folders import has_gaps
 from .names import FrameNames, Number
 
@@ -59,11 +59,6 @@ def uneven(seconds: Sequence[float], fps: float | None = None) -> Timing:
     return Timing(fps, float(times[0]), times)
 
 
-def frame_numbers(header: Header) -> NDArray[np.float64]:
-    """Returns (n,) the number of each frame."""
-    return numbers_of(header, header.n_frames)
-
-
 def numbers_of_files(header: Header, names: FrameNames) -> list[Number]:
     """Returns the numbers of files with one frame each: those of the frames.
 
@@ -82,7 +77,7 @@ def timing_of(numbers: Sequence[Number]) -> dict[str, Any]:
 
 def index_of(header: Header, number: float, argument: str) -> int:
     """Returns the index of the frame with this number in its file."""
-    result = np.flatnonzero(frame_numbers(header) == number)
+    result = np.flatnonzero(header.numbers == number)
     if len(result) == 0:
         first, last = header.number(0), header.number(header.n_frames - 1)
         span = f"{first} to {last}" if first != last else str(first)

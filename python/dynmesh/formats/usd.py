@@ -25,7 +25,6 @@ from ..polygons import as_polygons
 from .format import STATED, Format, not_written
 from .output import destination_of, refuse_inputs, seen_from
 from .own_space import extent_of
-from .times import frame_numbers
 from .usd_library import library_array, of_usd, pxr
 from .usd_mesh import errors_of_key, primvars
 from .usd_stage import UsdFrames, UsdScene
@@ -100,7 +99,7 @@ class _Stage:
 
     def _time_codes(self, rate: float) -> NDArray[np.float64]:
         """Returns (n,) the time of each frame, in a stage with that many codes per second."""
-        numbers = frame_numbers(self.header)
+        numbers = self.header.numbers
         fps = self.header.fps
         return numbers if fps in (None, rate) else numbers * (rate / fps)
 
@@ -278,7 +277,7 @@ def _differences(one: Header, other: Header) -> list[str]:
     differ = {
         "mesh": not has_mesh,
         "path of the mesh": one.name != other.name,
-        "range of frames": not np.array_equal(frame_numbers(one), frame_numbers(other)),
+        "range of frames": not np.array_equal(one.numbers, other.numbers),
         "frame rate": not _are_close(one.fps, other.fps),
         "up axis": one.up_axis != other.up_axis,
         "unit of length": not _are_close(one.metres_per_unit, other.metres_per_unit),

@@ -16,7 +16,7 @@ from sequences import assert_refused, names, sea, sequence_of
 
 import dynmesh
 from dynmesh.cli.options import slice_of
-from dynmesh.formats.times import frame_numbers, indices_of
+from dynmesh.formats.times import indices_of
 
 
 @pytest.mark.parametrize(
@@ -213,7 +213,7 @@ def test_completion_and_evaluation(tmp_path: Path) -> None:
 def test_ranges_are_half_open(
     text: str, times: np.ndarray | None, expected: list[int] | None
 ) -> None:
-    numbers = frame_numbers(replace(TRUTH, times=times).header)
+    numbers = replace(TRUTH, times=times).header.numbers
     if expected is None:
         with pytest.raises(ValueError, match=r"must be some of 1001:1005\.5"):
             indices_of(numbers, slice_of(text))

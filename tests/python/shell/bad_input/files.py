@@ -157,7 +157,7 @@ def _converted(world: World, **options: Any) -> Any:
 
 completing = [
     _complete("arrays instead of a path", lambda w: _to_new(w, path=w.sequence.vertices), TypeError, "faces:", "missing"),
-    _complete("`template`: an array", lambda w: _to_new(w, template=w.sequence.vertices[0]), TypeError, "template:", "must be a path, not ndarray"),
+    _complete("`template`: an array", lambda w: _to_new(w, template=w.sequence.vertices[0]), TypeError, "faces:", "missing"),
     _complete("an output that exists", lambda _: to_file.complete("body.npz", "other.npz"), FileExistsError, "other.npz:", "overwrite"),
     _complete("the input as output", lambda _: to_file.complete("body.npz", "body.npz", overwrite=True), ValueError, "body.npz:", "input"),
     _complete("a layer over itself", lambda _: to_file.complete("scene.usda", "scene.usda", overwrite=True), ValueError, "scene.usda:", "input"),
@@ -186,7 +186,7 @@ completing = [
     _convert("`to_unit` of an unknown unit", lambda w: _converted(w, to_unit="m"), ValueError, "to_unit:", "states no unit of length"),
     _convert("`scale`: 0", lambda w: _converted(w, scale=0), ValueError, "scale:", "not 0"),
     _convert("`fps`: NaN", lambda w: _converted(w, fps=float("nan")), ValueError, "fps:", "not nan"),
-    _convert("an array", lambda w: dynmesh.read(dynmesh.convert(w.vertices)), TypeError, "sequence:", "not ndarray"),
+    _convert("an array", lambda w: dynmesh.read(dynmesh.convert(w.vertices)), TypeError, "faces:", "missing"),
     _convert("a file in another unit", lambda _: to_file.convert("in_metres.npz", "new.npz", unit="mm"), ValueError, "in_metres.npz: unit: the file states units of 1 m, not 0.001 m"),
     _complete("`drop_above`: NaN", lambda w: _to_new(w, drop_above=float("nan")), ValueError, "drop_above:", "not nan"),
     _convert("`output_format='fbx'`", lambda _: to_file.convert("body.npz", "new.npz", output_format="fbx"), ValueError, "new.npz:", "'fbx'"),
