@@ -1,6 +1,5 @@
 /// Topology, metrics, baselines, alignment, registration and files.
 #include <algorithm>
-#include <dynmesh/alignment.hpp>
 #include <dynmesh/baselines.hpp>
 #include <dynmesh/metrics.hpp>
 #include <dynmesh/quality.hpp>
@@ -17,6 +16,8 @@
 #include "io/mesh_files.hpp"
 #include "io/mesh_text.hpp"
 #include "quality/limits.hpp"
+#include "registration/constants.hpp"
+#include "registration/rigid_alignment.hpp"
 
 namespace dynmesh {
 namespace {
@@ -160,11 +161,15 @@ void bind_functions(py::module_& module) {
   module.attr("ruined_far") = quality_limits.ruined_far;
   module.attr("large_hole") = quality_limits.hole;
   module.attr("other_size") = quality_limits.other_size;
-  module.def("find_alignment",
-             [](const Exact<Index>& faces, const Positions& first_frame, const Positions& scan) {
-               return fields_of(without_gil(
-                   [&] { return find_alignment(view(faces), view(first_frame), view(scan)); }));
-             });
+  module.attr("other_unit") = registration_constants.other_unit;
+  module.def("align_rigidly", [](const Exact<Index>& faces, const Positions& first_frame,
+                                 const Positions& scan) {
+    const RigidAlignment found =
+        without_gil([&] { return align_rigidly(view(faces), view(first_frame), view(scan)); });
+    return py::make_tuple(array_of(found.motion).reshape({4, 4}), found.mean_edge,
+                          array_of(found.surface).reshape({-1, 3}),
+                          array_of(found.scan).reshape({-1, 3}));
+  });
   bind_baseline<LeastSquaresMesh>(
       module, "least_squares_mesh", [](const Exact<Index>& faces, std::size_t n_vertices) {
         return LeastSquaresMesh(build_topology(view(faces), n_vertices));

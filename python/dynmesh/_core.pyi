@@ -38,7 +38,12 @@ ruined_far: float
 large_hole: float
 other_size: float
 
-def find_alignment(faces: _Indices, first_frame: _Doubles, scan: _Doubles) -> dict[str, Any]: ...
+other_unit: float
+
+# The motion (4, 4), the mean edge, places of the surface and some of the points.
+def align_rigidly(
+    faces: _Indices, first_frame: _Doubles, scan: _Doubles
+) -> tuple[NDArray[np.float64], float, NDArray[np.float64], NDArray[np.float64]]: ...
 
 # The scan is points, normals and viewpoints, or a list of depth images with their cameras.
 def register(

@@ -6,10 +6,29 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _arrays, _core
-from ._arrays import Positions
+from ._arrays import Floats, Positions
 from .polygons import Faces
 
 __all__ = ["Alignment", "find_alignment"]
+
+_WITHIN_EDGES = 5.0
+_WITHIN_OF_SIZE = 0.1
+"""A template lies in a scan if distances are at most this many mean edges, which a tracker can
+bridge in one frame, and at most this share of its size, for coarse meshes."""
+
+_TURNED_BY = np.pi / 6
+_TURNED_DISTANCE = 0.5
+"""It is turned in place, as a head is that looks backwards, if a rotation by more than this, which
+a tracker does not bridge surely, makes distances so many times smaller."""
+
+_FAR_EDGES = 2.5
+_FAR_OF_SIZE = 0.02
+"""After the best rigid motion, a template has another pose than the scan, or is another mesh, if
+distances are more than this many mean edges, and more than this share of its size, which the noise
+of scans of fine meshes does not reach."""
+
+_SEEN_SHARE = 0.4
+"""The share of a surface that a single camera sees at least."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,6 +88,57 @@ def find_alignment(faces: Faces, first_frame: Positions, scan: Positions) -> Ali
     """
     frame = _arrays.points("first_frame", first_frame, np.float64)
     points = _arrays.points("scan", scan, np.float64, "(n, 3)")
-    result = _core.find_alignment(_arrays.triangles(faces, len(frame)), frame, points)
-    rotation = result.pop("rotation").reshape(3, 3)
-    return Alignment(rotation=rotation, **result)
+    motion, mean_edge, surface, sample = _core.align_rigidly(
+        _arrays.triangles(faces, len(frame)), frame, points
+    )
+    size = _size_of(surface)
+    ratio = _size_of(sample) / size if size > 0 else 1.0
+    other_unit = not 1 / _core.other_unit < ratio < _core.other_unit
+    before = after = _distance(surface, sample)
+    rotation: Floats = np.eye(3)
+    shift: Floats = np.zeros(3)
+    lies_in_scan = matches = False
+    if not other_unit:
+        moved = _distance(surface @ motion[:3, :3].T + motion[:3, 3], sample)
+        angle = np.arccos(np.clip((np.trace(motion[:3, :3]) - 1) / 2, -1, 1))
+        is_turned = angle > _TURNED_BY and moved < _TURNED_DISTANCE * before
+        within = min(_WITHIN_EDGES * mean_edge, _WITHIN_OF_SIZE * size)
+        lies_in_scan = matches = bool(before <= within and not is_turned)
+        if not lies_in_scan:
+            rotation, shift, after = motion[:3, :3], motion[:3, 3], moved
+            far = max(_FAR_EDGES * mean_edge, _FAR_OF_SIZE * size)
+            matches = after <= min(within, far)
+    return Alignment(
+        rotation,
+        shift,
+        mean_edge,
+        before / mean_edge,
+        after / mean_edge,
+        ratio,
+        lies_in_scan,
+        matches,
+        other_unit,
+    )
+
+
+def _size_of(points: Floats) -> float:
+    """Twice the distance from the median point within which nine of ten points are.
+
+    A few points may lie elsewhere.
+    """
+    return 2 * float(np.quantile(_lengths(points - np.median(points, axis=0)), 0.9))
+
+
+def _distance(surface: Floats, scan: Floats) -> float:
+    """How far a surface is from a scan; see Alignment."""
+    squared = np.zeros((len(surface), len(scan)))
+    for ours, theirs in zip(surface.T, scan.T, strict=True):
+        squared += (ours[:, None] - theirs) ** 2
+    of_scan = np.quantile(np.sqrt(squared.min(axis=0)), 0.5)
+    of_surface = np.quantile(np.sqrt(squared.min(axis=1)), _SEEN_SHARE)
+    return float(min(of_scan, of_surface))
+
+
+def _lengths(vectors: Floats) -> Floats:
+    x, y, z = vectors.T
+    return np.asarray(np.hypot(np.hypot(x, y), z))

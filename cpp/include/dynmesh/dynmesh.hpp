@@ -3,7 +3,6 @@
 /// Before version 1.0, every minor version may change the interface and the binary interface.
 #pragma once
 
-#include <dynmesh/alignment.hpp>
 #include <dynmesh/baselines.hpp>
 #include <dynmesh/completer.hpp>
 #include <dynmesh/frame_stream.hpp>

@@ -90,7 +90,7 @@ struct TrackingReport : FrameReport {
 /// double; a wrong number of rows; a null pointer; a stride of 0; intrinsics that are singular, a
 /// pose that is not rigid, a negative depth. The first scan after construction or `reset` must be
 /// where the template is: if most of its points are elsewhere, it is refused with the distance;
-/// `find_alignment` and `register_template` tell where it is. Later scans that are far away, or
+/// `register_template` tells where it is. Later scans that are far away, or
 /// empty, count as frames in which nothing was observed. No points at all are allowed.
 ///
 /// If a call throws any exception, the tracker stays as it was before the call and nothing is

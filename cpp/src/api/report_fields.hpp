@@ -3,7 +3,6 @@
 
 #include <array>
 #include <cstddef>
-#include <dynmesh/alignment.hpp>
 #include <dynmesh/frame_report.hpp>
 #include <dynmesh/quality.hpp>
 #include <dynmesh/registration.hpp>
@@ -76,19 +75,6 @@ void for_each_field(const TrackingReport& report, const Visit& visit) {
   for_each_field(report.measure.agreement, visit);
   for_each_field(report.measure, visit);
   visit("recovered", report.recovered);
-}
-
-template <class Visit>
-void for_each_field(const Alignment& found, const Visit& visit) {
-  visit("rotation", found.rotation);
-  visit("shift", found.shift);
-  visit("mean_edge", found.mean_edge);
-  visit("before", found.before);
-  visit("after", found.after);
-  visit("ratio", found.ratio);
-  visit("lies_in_scan", found.lies_in_scan);
-  visit("matches", found.matches);
-  visit("other_unit", found.other_unit);
 }
 
 template <class Twin = Registration<double>, class Real, class Visit>
