@@ -16,7 +16,7 @@ from .polygons import Faces, Mesh, mesh_arrays
 from .scan import DepthScan, PointScan, Scan
 from .tracker import image_arrays, scan_arrays
 
-__all__ = ["Landmarks", "Registration", "register"]
+__all__ = ["Registration", "register"]
 
 Landmarks: TypeAlias = tuple[NDArray[np.integer[Any]], Positions]
 """Vertices (n,) of a template and the positions (n, 3) of the scan to which they belong."""
@@ -57,7 +57,7 @@ class Registration:
             another surface.
         points: how many points were compared with the mesh, without stray ones.
         seen: the share of the vertices that have a measured point.
-        misfit: `far` + `disagreeing` + `stretch`, as of :class:`dynmesh.TrackingReport`.
+        misfit: `far` + `disagreeing` + `stretch`, as of :class:`dynmesh.tracker.TrackingReport`.
         cause: what is probably wrong if the quality is not good: "unseen", "size", "part", "pose"
             or "place".
         reason: why the quality is not good, in a sentence that begins with the cause; empty if it

@@ -81,7 +81,7 @@ def adjacency(faces: Faces, n_vertices: int) -> "csr_array[np.float64]":
         (k, k) float64, symmetric, with sorted rows.
 
     Raises:
-        ValueError, TypeError: see :func:`dynmesh.cells`.
+        ValueError, TypeError: see :func:`dynmesh.topology.cells`.
         ImportError: SciPy is not installed.
     """
     sparse = require("scipy.sparse", extra="matrices")

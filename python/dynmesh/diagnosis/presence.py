@@ -43,7 +43,7 @@ class Presence:
         present = plausible(frame)
         self._seen |= frame.observed
         # A better start is the first complete frame, or else knows more, or as much and is nearer
-        # to the middle: see :func:`dynmesh.whole_frame`.
+        # to the middle: see :func:`dynmesh.whole_frames.whole_frame`.
         known, most = np.count_nonzero(present & frame.observed), self._known_in_best
         away, least = (abs(2 * n + 1 - self._header.n_frames) for n in (number, self._best))
         if known > most or (known == most < self._n_vertices and away < least):

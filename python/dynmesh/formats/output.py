@@ -12,14 +12,11 @@ import stat
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
-from .._checks import path_of
 from .._errors import InputError
 from .._report import listed, warn
 from ..frames import ATTRIBUTES, Header
-
-R = TypeVar("R")
 
 NO_LOCKS = {errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP, errno.ENOTSUP}
 """What disks that have no locks answer, such as those of some networks and containers."""
@@ -217,17 +214,6 @@ def check_output(path: Path, overwrite: bool, *suffixes: str, inputs: Iterable[P
     refuse_existing(path, overwrite)
 
 
-def output_path(
-    argument: str, path: str | os.PathLike[str] | None, overwrite: bool, *suffixes: str
-) -> Path | None:
-    """The path of an output that may be wanted, which is refused before any work begins."""
-    if path is None:
-        return None
-    output = path_of(argument, path)
-    check_output(output, overwrite, *suffixes)
-    return output
-
-
 @contextmanager
 def new_output(
     path: Path, overwrite: bool, *suffixes: str, inputs: Iterable[Path] = ()
@@ -270,31 +256,6 @@ def new_folder(path: Path, overwrite: bool, is_ours: Callable[[Path], bool]) -> 
             move(places, outdated, hidden.with_name("aside"))
         else:
             exchange(hidden, real)
-
-
-def written_beside(
-    argument: str,
-    path: str | os.PathLike[str] | None,
-    overwrite: bool,
-    suffix: str,
-    fill: Callable[[Path, R], object],
-) -> Callable[[R], None] | None:
-    """Returns what writes a file from a report, as often as frames are made; None without a path.
-
-    It replaces what it has written itself. The path is refused before any work begins.
-    """
-    place, own = output_path(argument, path, overwrite, suffix), None
-    if place is None:
-        return None
-
-    def write(report: R) -> None:
-        nonlocal own
-        is_own = place.exists() and identity(place) == own
-        with new_output(place, overwrite or is_own, suffix) as hidden:
-            fill(hidden, report)
-        own = identity(place)
-
-    return write
 
 
 @contextmanager

@@ -47,7 +47,7 @@ def all_formats() -> dict[str, Format]:
         try:
             format = point.load()
             if not isinstance(format, Format):
-                raise KindError(f"is no dynmesh.Format, but {type(format).__name__}")
+                raise KindError(f"is no dynmesh.formats.Format, but {type(format).__name__}")
         except Exception as error:  # of any kind, and no reason that others cannot be used
             warn(f"format {point.name} of {point.value} cannot be loaded: {error}")
             continue

@@ -25,7 +25,7 @@ def degraded_frames(
 ) -> Iterator[tuple[Positions, Mask]]:
     """Yields positions, which are NaN where nothing was observed, and masks of a sequence.
 
-    The losses are those of :func:`dynmesh.degraded` that are asked for, by name.
+    The losses are those of :func:`dynmesh.degrade` that are asked for, by name.
     """
     shape, faces = (reader.n_frames, reader.n_vertices), reader.faces
     masks: list[Iterator[Mask]] = []

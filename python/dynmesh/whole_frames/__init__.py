@@ -29,7 +29,7 @@ __all__ = ["WholeFrame", "whole_frame"]
 
 @dataclass(frozen=True, eq=False)
 class WholeFrame:
-    """What :func:`dynmesh.whole_frame` returns.
+    """What :func:`dynmesh.whole_frames.whole_frame` returns.
 
     Attributes:
         positions: (k, 3), with the dtype of the frames.

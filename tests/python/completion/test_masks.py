@@ -32,10 +32,26 @@ PLAIN = {"Frame", "Description", "PointScan.only", "DepthScan.only", "ScanCamera
 """Records, which are checked where they are used, and what takes neither positions nor masks."""
 
 
-OF_SEQUENCES = {"complete", "convert", "degrade", "evaluate", "info", "opened", "picture", "view"}
+OF_SEQUENCES = {
+    "complete",
+    "convert",
+    "degrade",
+    "evaluate",
+    "info",
+    "opened",
+    "picture",
+    "view",
+    "write",
+}
 """Verbs, which make a Sequence of arrays."""
 
-FILES = {("open", "faces"), ("open", "known"), ("complete", "training"), ("track", "training")}
+FILES = {
+    ("open", "faces"),
+    ("open", "known"),
+    ("complete", "training"),
+    ("track", "training"),
+    ("track", "template"),
+}
 """Arrays in place of files, which are checked as those of files are."""
 
 

@@ -132,10 +132,6 @@ ENTRIES: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
         _once(dynmesh.Header),
         HEADER | {"n_frames": 4, "times": np.arange(4.0)},
     ),
-    "complete": (
-        _once(dynmesh.complete),
-        {"sequence": FRAMES, "faces": MESH.faces, "training": FRAMES},
-    ),
     "write": (
         _append,
         SEEN | {"generation": KNOWN.astype(np.int32), "age": KNOWN.astype(np.int32)},
