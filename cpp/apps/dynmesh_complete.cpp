@@ -51,7 +51,7 @@ new or empty. No file is replaced.
                      unknown vertex.
   --disconnected RULE
                      Parts that no chain of edges connects to a known vertex 'follow'
-                     the nearest surface, or 'hold' their position.
+                     a part that is seen, or 'hold' their position.
   --noise SIGMA      (method detail) The standard deviation of the noise of known positions,
                      in their unit, which are then smoothed; without it, they are exact.
   --reject-outliers  (method detail) Treat known vertices as unknown if they do not

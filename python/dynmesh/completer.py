@@ -109,9 +109,9 @@ class Completer(Stream):
         extra_iterations: iterations after the one that reaches the last unknown vertex. Ten reduce
             the error by a third on many sequences. They have no effect without `revisit`. From 0 to
             1000000. Requires "motion".
-        disconnected: parts that no chain of edges connects to a known vertex "follow" the nearest
-            surface, or "hold" their position. Those that follow move rigidly, with the surface that
-            was nearest to them in frame 0.
+        disconnected: parts that no chain of edges connects to a known vertex "follow" a part that
+            is seen, or "hold" their position. Those that follow move rigidly, with the part that
+            touched them in frame 0 and kept its distance to them when both were seen.
         noise: the standard deviation of the noise of the known positions, in the unit of the
             positions; they are smoothed, according to the shape around them. Without it, they are
             exact. Requires "detail".

@@ -124,8 +124,9 @@ typedef struct dynmesh_settings {
   int32_t extra_iterations;
 
   /// Default: DYNMESH_DISCONNECTED_FOLLOW. How vertices are completed that are not connected to any
-  /// known vertex of the frame by a chain of edges. Follow: their component moves rigidly, with the
-  /// surface that was nearest to it in frame 0. Hold: they keep their previous positions.
+  /// known vertex of the frame by a chain of edges. Follow: their component moves rigidly with one
+  /// that is seen, touched it in frame 0 and stayed beside it. Hold: they keep their previous
+  /// positions.
   int32_t disconnected;
 
   /// Default: NaN, which means that known positions are exact. Otherwise the standard deviation of

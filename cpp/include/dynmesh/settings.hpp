@@ -25,7 +25,7 @@ enum class Method {
 /// How vertices that are not connected to any anchor are completed.
 enum class DisconnectedRule {
   hold,   ///< they keep their previous positions
-  follow  ///< their component moves rigidly, with the surface that was nearest to it in frame 0
+  follow  ///< their component moves rigidly with one that is seen, touched it and stayed beside it
 };
 
 struct Settings {

@@ -14,6 +14,7 @@
 #include "base/default_arithmetic.hpp"
 #include "base/geometry.hpp"
 #include "base/training_frames.hpp"
+#include "mesh/leaders.hpp"
 #include "motion/motion.hpp"
 #include "shape/detail.hpp"
 #include "shape/memory.hpp"
@@ -26,7 +27,11 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 /// The last character is the version of the format.
-constexpr StateFormat completer_state = {'d', 'y', 'n', 'm', 'e', 's', 'h', 'H'};
+constexpr StateFormat completer_state = {'d', 'y', 'n', 'm', 'e', 's', 'h', 'I'};
+
+/// A component whose vertices method motion completes moves without turning if it has fewer, and
+/// does not lead others then.
+constexpr Index fewest_anchors = 4;
 
 }  // namespace
 
@@ -34,10 +39,12 @@ constexpr StateFormat completer_state = {'d', 'y', 'n', 'm', 'e', 's', 'h', 'H'}
 struct CompletionSolver final : StreamSolver {
   /// Method detail.
   struct OfDetail {
-    OfDetail(Field first_frame, StreamMesh& mesh, const Settings& settings, double epsilon)
+    OfDetail(Field first_frame, StreamMesh& mesh, const Settings& settings, double epsilon,
+             Leaders& leaders)
         : model(mesh.topology, mesh.faces, first_frame, mesh.training, epsilon, mesh.workers),
           learned(settings.learn ? std::make_unique<LearnedModes>(model, mesh.workers) : nullptr),
-          detail(model, learned ? learned->modes() : model.modes, settings, mesh.workers) {}
+          detail(model, learned ? learned->modes() : model.modes, settings, leaders, mesh.workers) {
+    }
 
     const ShapeModel model;
     std::unique_ptr<LearnedModes> learned;  // null if it does not learn
@@ -47,13 +54,15 @@ struct CompletionSolver final : StreamSolver {
   CompletionSolver(StreamMesh& mesh, const Settings& settings, std::vector<Vector3> frame,
                    double epsilon)
       : StreamSolver(std::move(frame)),
-        disconnected(mesh.topology, settings.disconnected, first_frame),
+        leaders(mesh.topology, first_frame, mesh.training),
+        disconnected(mesh.topology, settings.disconnected, leaders,
+                     settings.method == Method::detail ? 1 : fewest_anchors),
         outliers(settings.reject_outliers
                      ? std::make_unique<Outliers>(mesh.topology.cells, first_frame)
                      : nullptr),
         quality(mesh.topology.cells, first_frame) {
     if (settings.method == Method::detail) {
-      of_detail = std::make_unique<OfDetail>(first_frame, mesh, settings, epsilon);
+      of_detail = std::make_unique<OfDetail>(first_frame, mesh, settings, epsilon, leaders);
     } else {
       motion = std::make_unique<Motion>(mesh.topology.cells, first_frame, settings.extra_iterations,
                                         settings.revisit, mesh.workers);
@@ -63,6 +72,7 @@ struct CompletionSolver final : StreamSolver {
   /// Null if nothing is learned.
   [[nodiscard]] LearnedModes* learned() { return of_detail ? of_detail->learned.get() : nullptr; }
 
+  Leaders leaders;
   Disconnected disconnected;
   std::unique_ptr<Outliers> outliers;  ///< null if outliers are not rejected
   CompletionQuality quality;
@@ -80,10 +90,9 @@ struct Completer<Real>::Parts final : FrameStream::Parts {
         own(of_all),
         settings(of_all->settings),
         solver(*of_frame) {
-    if (solver.of_detail) {
-      solver.of_detail->detail.begin(memory);
-      next = memory;
-    }
+    memory.departures = solver.leaders.departures();
+    if (solver.of_detail) solver.of_detail->detail.begin(memory);
+    next = memory;
     standard_error.resize(memory.errors.standard_errors.size());
     tell_errors(report);
     count(memory.generations, report);
@@ -103,17 +112,17 @@ struct Completer<Real>::Parts final : FrameStream::Parts {
     if (solver.motion) {
       made.iterations =
           solver.motion->estimate(memory.last, next.last, next.known, next.generations);
-      solver.disconnected.complete(memory.last, next.last, next.generations);
+      solver.disconnected.complete(memory, next);
       finish();
     } else {
       Detail& detail = solver.of_detail->detail;
       next.generations.classify(mesh->topology.cells, next.known);
       made.iterations = detail.estimate(memory, next, made.stages);
-      solver.disconnected.complete(memory.last, next.last, next.generations,
-                                   detail.rotations_of_components());
+      solver.disconnected.complete(memory, next, detail.rotations_of_components());
       finish();
       detail.remember(memory, next, made.stages);
     }
+    solver.disconnected.remember(memory, next);
     next.verdict = memory.verdict;
     count(next.generations, made);
     solver.quality.judge(memory.last, next.last, next.generations.of_vertices(), next.verdict,

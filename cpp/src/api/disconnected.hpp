@@ -1,14 +1,18 @@
 /// Completes the vertices that are not connected to any anchor.
 #pragma once
 
+#include <cstdint>
 #include <dynmesh/settings.hpp>
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
 #include <span>
 #include <vector>
 
+#include "base/rigid_motion.hpp"
 #include "frame/generations.hpp"
 #include "kernels/rotation_kernels.hpp"
+#include "mesh/leaders.hpp"
+#include "shape/memory.hpp"
 
 namespace dynmesh {
 
@@ -16,37 +20,42 @@ namespace dynmesh {
 /// constructor.
 class Disconnected {
  public:
-  /// For a sequence whose frame 0 is `first_frame`. The donor of each vertex is the vertex of
-  /// another component that is nearest to it in that frame. `topology` must outlive this object.
-  Disconnected(const Topology& topology, DisconnectedRule rule, Field first_frame);
+  /// `topology` and `leaders` must outlive this object. A component may lead others if it contains
+  /// at least so many anchors.
+  Disconnected(const Topology& topology, DisconnectedRule rule, Leaders& leaders,
+               Index fewest_anchors);
 
-  /// Estimates the disconnected vertices of `points`, in which the anchors and satellites are
+  /// Estimates the disconnected vertices of `next.last`, in which the anchors and satellites are
   /// already complete.
   ///
   /// Under `follow`, a component moves with the rigid motion, from the previous to the current
-  /// frame, of its distinct donors whose component contains at least four anchors. If there are
-  /// fewer than four such donors, it moves with that of all anchors. If there are fewer than three
-  /// anchors or all lie on a line, it moves with their mean translation, and without any anchor it
-  /// stays. The time is linear in the number of vertices, and nothing is done if no vertex is
-  /// disconnected.
+  /// frame, of the vertices of its leader that are near it. If these are near a line, compared with
+  /// its distance from them, it is turned by its own rotation, and shifted as they are on average.
+  /// If nothing leads it, it moves with the rigid motion of all anchors, or their mean translation
+  /// if these are fewer than three or on a line, and without any anchor it stays. Nothing is done
+  /// if no vertex is disconnected.
   ///
-  /// (components,) `rotations` are those of the components from the previous frame, or empty. With
-  /// them, donors count if their component contains any anchor, and a component with fewer than
-  /// four such donors is turned by its own rotation, and shifted as they are on average.
-  void complete(Field previous, std::span<Vector3> points, const Generations& generations,
-                std::span<const Quaternion> rotations = {});
+  /// (components,) `rotations` are those of the components from the previous frame. Without any,
+  /// only vertices on a line do not turn what they lead.
+  void complete(const Memory& memory, Memory& next, std::span<const Quaternion> rotations = {});
+
+  /// Remembers which components the completed frame shows together or apart.
+  void remember(const Memory& memory, Memory& next);
 
  private:
-  struct Component {
-    std::vector<Index> members;  // its vertices
-    std::vector<Index> donors;   // their distinct donors
-    Index anchors = 0;           // of the frame
-  };
+  void count_anchors(const Generations& generations);
+  [[nodiscard]] RigidMotion motion_of(const Leaders::Lead& lead, Field previous, Field points,
+                                      std::span<const Quaternion> rotations) const;
 
   const Topology& topology_;
   DisconnectedRule rule_;
-  std::vector<Component> components_;
-  std::vector<Index> chosen_;  // the vertices to which a motion is fitted
+  Leaders& leaders_;
+  Index fewest_anchors_;
+  std::vector<std::vector<Index>> members_;  // of the components
+  // Of one frame:
+  std::vector<Index> anchors_;  // (components,) their number
+  std::vector<std::uint8_t> is_complete_, may_lead_;
+  std::vector<Index> all_anchors_;
 };
 
 }  // namespace dynmesh

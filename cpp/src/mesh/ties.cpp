@@ -17,7 +17,8 @@ namespace {
 constexpr std::size_t ties_of_component = 8;
 constexpr double tied_within = 1.5;
 
-/// Chooses at most `n` of the vertices, each the one that is farthest from those before it.
+}  // namespace
+
 std::vector<std::uint32_t> spread(const std::vector<std::uint32_t>& vertices, std::size_t n,
                                   Field x) {
   if (vertices.size() <= n) return vertices;
@@ -32,8 +33,6 @@ std::vector<std::uint32_t> spread(const std::vector<std::uint32_t>& vertices, st
   }
   return chosen;
 }
-
-}  // namespace
 
 /// Two components differ in a bit of their numbers. So the nearest vertex of another component is
 /// the nearest one over all bits of those whose component has the other value of the bit, which

@@ -1,6 +1,7 @@
 /// Where the components of a mesh are near each other.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
@@ -8,6 +9,10 @@
 #include <vector>
 
 namespace dynmesh {
+
+/// Chooses at most `n` of the vertices, each the one that is farthest from those before it.
+std::vector<std::uint32_t> spread(const std::vector<std::uint32_t>& vertices, std::size_t n,
+                                  Field x);
 
 /// Returns (k,) the nearest vertex of another component, or -1 if there is only one component. Of
 /// several, any, but always the same one. The time is about k log k, times the logarithm of the

@@ -74,6 +74,11 @@ inline constexpr struct UncertaintyConstants {
   double pull = 0.3;
   /// The largest size of changes, compared with the mean; the least one is its inverse.
   double largest_size = 10;
+  /// The weight of the mean of all components where a component shows how it turns, in axes.
+  double pull_of_turns = 6;
+  /// Turns count by this much more: of errors about one axis, of parts that turn more or less,
+  /// fewer are within 2.5 standard errors than of errors in all directions.
+  double tail_of_turns = 1.3;
   /// The largest size of the noise of planes, in what their weight would say of positions; the
   /// least one is its inverse.
   double largest_noise = 100;
@@ -102,14 +107,15 @@ inline constexpr struct FirstOrderConstants {
 
 /// The constants of the increments of rotations.
 inline constexpr struct IncrementConstants {
-  /// beta, and the weight g of a tie where components touch; that of an edge is 1.
+  /// beta.
   double coupling = 0.05;
-  double tie = 1e-3;
   /// If a cluster is more steps than this from the next one with anchors, rotations also follow
   /// from positions with the last shape, which takes a further solution.
   Index near = 1;
   /// The weight that holds a cluster where nothing else does.
   double hold = 1e-7;
+  /// The weight that holds a component which is led as its leader turns.
+  double hold_of_led = 1e-4;
   /// Pairs that are this far from each other on the surface weigh half, in mean edges.
   double reach = 10;
   /// Shorter pairs and arms, in mean edges, weigh as if they had this length.

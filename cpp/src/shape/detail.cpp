@@ -7,6 +7,7 @@
 
 #include "base/geometry.hpp"
 #include "shape/constants.hpp"
+#include "shape/turn_errors.hpp"
 
 namespace dynmesh {
 namespace {
@@ -27,19 +28,20 @@ class Stopwatch {
 }  // namespace
 
 Detail::Detail(const ShapeModel& model, const Modes& modes, const Settings& settings,
-               Workers& workers)
+               Leaders& leaders, Workers& workers)
     : model_(model),
       noise_(settings.noise),
       workers_(workers),
       system_(model.k, workers),
       rotations_(model.surroundings, workers),
-      increments_(model, noise_.value_or(0), workers),
+      increments_(model, noise_.value_or(0), leaders, workers),
       local_blend_(model.clusters(), workers),
       fit_(settings.learn ? ShapeFit::Of::change : ShapeFit::Of::rest, model.topology.cells,
            workers, training_constants.largest_kept, modes),
       error_bars_(model.topology.cells, workers, settings.uncertainty,
                   noise_.has_value() ? AnchorNoise::by_weight : AnchorNoise::exact),
       first_order_(model, system_.plan(), workers),
+      still_(model.topology.report.components),
       anchors_(model.size(), noise_.has_value()),
       x_(model.size()),
       kx_(model.size()),
@@ -55,6 +57,8 @@ void Detail::begin(Memory& memory) const {
   memory.gains.components.resize(model_.topology.report.components);
   if (model_.is_trained) memory.fit.coefficients = ShapeFit::no_coefficients();
   memory.errors = error_bars_.no_errors();
+  const std::size_t n_components = model_.topology.report.components;
+  if (error_bars_.exist() && n_components > 1) memory.errors.turns.resize(n_components);
 }
 
 std::size_t Detail::estimate(const Memory& memory, Memory& next, StageReport& report) {
@@ -70,16 +74,19 @@ std::size_t Detail::estimate(const Memory& memory, Memory& next, StageReport& re
   ++next.gains.frame;
   // What no edge connects to an anchor turns with the increments, even if nothing is solved for.
   const bool any_disconnected = generations.disconnected_vertices() > 0;
-  if (anchors_.any_solved() || (anchors_.number > 0 && any_disconnected)) {
+  const bool are_turned = anchors_.any_solved() || (anchors_.number > 0 && any_disconnected);
+  if (are_turned) {
     const Stopwatch stopwatch(report.rotation_seconds);
-    rotations_.turn_further(increments_.find(memory.last, anchors_.observed, generations), memory.q,
-                            next.q);
+    rotations_.turn_further(
+        increments_.find(memory.last, anchors_.observed, generations, memory.departures), memory.q,
+        next.q);
   } else {
     next.q = memory.q;
   }
   if (!anchors_.any_solved()) {
     if (error_bars_.exist()) {
       error_bars_.pass(generations, model_.clusters(), memory.errors, next.errors);
+      add_turn_errors(memory, next, are_turned);
     }
     return 0;
   }
@@ -139,9 +146,20 @@ std::size_t Detail::estimate(const Memory& memory, Memory& next, StageReport& re
   for (std::size_t v = 0; v < x_.size(); ++v) {
     if (anchors_.is_solved[v] != 0) next.last[v] = x_[v];
   }
+  if (error_bars_.exist()) add_turn_errors(memory, next, are_turned);
   report.blend = blend.b;
   report.solve_seconds -= report.rotation_seconds - of_increments;
   return is_refined ? 2 : 1;
+}
+
+void Detail::add_turn_errors(const Memory& memory, Memory& next, bool are_turned) {
+  if (memory.errors.turns.empty()) return;
+  Turn still;  // everything is known, or nothing
+  still.axes = anchors_.number > 0 ? 3 : 0;
+  std::ranges::fill(still_, still);
+  dynmesh::add_turn_errors(are_turned ? increments_.turns(memory.departures) : still_,
+                           model_.topology, next.generations, next.last, memory.errors,
+                           next.errors);
 }
 
 void Detail::fit_rotations(Field positions, Memory& next, StageReport& report) {

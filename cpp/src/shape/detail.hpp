@@ -41,9 +41,10 @@ namespace dynmesh {
 /// `estimate` if the factor is larger than all earlier ones.
 class Detail {
  public:
-  /// `model`, `modes` and `workers` must outlive this object. `modes` are those of the model, or
-  /// those that are learned. `settings` are those of the completer.
-  Detail(const ShapeModel& model, const Modes& modes, const Settings& settings, Workers& workers);
+  /// `model`, `modes`, `leaders` and `workers` must outlive this object. `modes` are those of the
+  /// model, or those that are learned. `settings` are those of the completer.
+  Detail(const ShapeModel& model, const Modes& modes, const Settings& settings, Leaders& leaders,
+         Workers& workers);
 
   /// What is remembered of frame 0.
   void begin(Memory& memory) const;
@@ -70,6 +71,7 @@ class Detail {
     return {memory.m[v], model_.first_shape[v] - memory.m[v], memory.u[v]};
   }
   void move_to_shape();
+  void add_turn_errors(const Memory& memory, Memory& next, bool are_turned);
   [[nodiscard]] double next_lambda(double lambda) const;
 
   const ShapeModel& model_;
@@ -83,6 +85,7 @@ class Detail {
   ErrorBars error_bars_;
   FirstOrder first_order_;
 
+  std::vector<Turn> still_;  // (components,)
   // Of one frame, (k,) each:
   Anchors anchors_;
   std::vector<Vector3> x_, kx_;  // X and K X

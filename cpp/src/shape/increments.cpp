@@ -1,5 +1,6 @@
 #include "shape/increments.hpp"
 
+#include <Eigen/SVD>
 #include <Eigen/SparseCore>
 #include <algorithm>
 #include <array>
@@ -35,11 +36,11 @@ Quaternion quaternion_of(const RigidMotion& motion) {
   return {q.w(), q.x(), q.y(), q.z()};
 }
 
-/// The matrix of beta sum g |omega_c - omega_d|^2, plus a weight that holds what nothing else does.
-SparseMatrix couplings_of(const Clusters& clusters, std::span<const Tie> ties) {
+/// The matrix of beta sum |omega_c - omega_d|^2, plus a weight that holds what nothing else does.
+SparseMatrix couplings_of(const Clusters& clusters) {
   std::vector<Eigen::Triplet<double, Index>> entries;
-  const auto couple = [&](Index c, Index d, double g) {
-    const double weight = increment_constants.coupling * g;
+  const auto couple = [&](Index c, Index d) {
+    const double weight = increment_constants.coupling;
     for (const auto& [i, j] : {std::array{c, d}, std::array{d, c}}) {
       entries.emplace_back(i, i, weight);
       entries.emplace_back(i, j, -weight);
@@ -49,11 +50,8 @@ SparseMatrix couplings_of(const Clusters& clusters, std::span<const Tie> ties) {
   for (Index c = 0; c < n; ++c) {
     entries.emplace_back(c, c, increment_constants.hold);
     for (const Index d : clusters.neighbours[c]) {
-      if (c < d) couple(c, d, 1);
+      if (c < d) couple(c, d);
     }
-  }
-  for (const Tie& tie : ties) {
-    couple(clusters.of_vertex[tie.i], clusters.of_vertex[tie.j], tie.weight);
   }
   SparseMatrix matrix(n, n);
   matrix.setFromTriplets(entries.begin(), entries.end());
@@ -62,14 +60,14 @@ SparseMatrix couplings_of(const Clusters& clusters, std::span<const Tie> ties) {
 
 }  // namespace
 
-Increments::Increments(const ShapeModel& model, double noise, Workers& workers)
+Increments::Increments(const ShapeModel& model, double noise, Leaders& leaders, Workers& workers)
     : topology_(model.topology),
       clusters_(model.clusters()),
       workers_(workers),
       mean_edge_(model.mean_edge),
       squared_noise_(3 * noise * noise),
-      ties_(find_ties(topology_, model.first_frame, mean_edge_, increment_constants.tie)),
-      couplings_(couplings_of(clusters_, ties_)),
+      leaders_(leaders),
+      couplings_(couplings_of(clusters_)),
       factor_(couplings_, workers),
       generation_(model.size(), Generations::disconnected),
       anchors_(clusters_.size()),
@@ -80,11 +78,16 @@ Increments::Increments(const ShapeModel& model, double noise, Workers& workers)
       moments_of_components_(topology_.report.components),
       arms_(clusters_.size()),
       first_(moments_of_components_.size()),
-      next_first_(first_.size()),
+      is_known_(first_.size()),
+      is_seen_(first_.size()),
+      turns_(first_.size()),
       equations_(clusters_.size()),
       increments_(clusters_.size()),
       of_components_(first_.size()) {
   for (const Index centre : clusters_.centres) component_of_.push_back(topology_.component[centre]);
+  clusters_of_ = lists_by_key(first_.size(), [&](const auto& visit) {
+    for (Index c = 0; c < std::ssize(component_of_); ++c) visit(component_of_[c], c);
+  });
   for (auto* field : {&omega_, &step_, &residual_, &preconditioned_, &direction_, &product_}) {
     field->resize(clusters_.size());
   }
@@ -92,7 +95,8 @@ Increments::Increments(const ShapeModel& model, double noise, Workers& workers)
 }
 
 std::span<const Quaternion> Increments::find(Field previous, Field observed,
-                                             const Generations& generations) {
+                                             const Generations& generations,
+                                             std::span<const double> departures) {
   find_pairs(generations);
   find_moments(previous, observed);
   find_arms();
@@ -101,10 +105,8 @@ std::span<const Quaternion> Increments::find(Field previous, Field observed,
   for (std::size_t c = 0; c < increments_.size(); ++c) {
     increments_[c] = first_[component_of_[c]].rotation;
   }
-  for (int n = 0; n < increment_constants.iterations; ++n) {
-    find_equations();
-    if (take_step() < increment_constants.settled) break;
-  }
+  turn_clusters();
+  follow(departures);
   for (std::size_t c = 0; c < increments_.size(); ++c) {
     of_components_[component_of_[c]] = increments_[c];
   }
@@ -174,25 +176,97 @@ void Increments::find_arms() {
   }
 }
 
-/// Finds R of each component: that of its anchors if they are not near a line; else that of what it
-/// is tied to; and if that has none, that of all anchors of the frame.
+/// Finds R of each component: that of its anchors if they are not near a line, else that of all
+/// anchors of the frame.
 void Increments::find_first() {
+  Moments all;
   for (std::size_t i = 0; i < first_.size(); ++i) {
-    first_[i] = first_of(moments_of_components_[i], increment_constants.least_across * mean_edge_);
+    const Moments& moments = moments_of_components_[i];
+    first_[i] = first_of(moments, increment_constants.least_across * mean_edge_);
+    is_known_[i] = first_[i].is_known ? 1 : 0;
+    is_seen_[i] = moments.number > 0 ? 1 : 0;
+    all.add(moments);
   }
   const auto is_missing = [](const First& first) { return !first.is_known; };
-  for (auto missing = std::ranges::count_if(first_, is_missing); missing > 0;) {
-    follow_ties();
-    const auto left = std::ranges::count_if(first_, is_missing);
-    if (left == missing) break;
-    missing = left;
-  }
   if (std::ranges::none_of(first_, is_missing)) return;
-  Moments all;
-  for (const Moments& moments : moments_of_components_) all.add(moments);
   First of_all = first_of(all, 0);
   if (is_missing(of_all)) of_all = {{1, 0, 0, 0}, true};
   std::ranges::replace_if(first_, is_missing, of_all);
+}
+
+void Increments::turn_clusters() {
+  for (int n = 0; n < increment_constants.iterations; ++n) {
+    find_equations();
+    if (take_step() < increment_constants.settled) break;
+  }
+}
+
+/// Lets components whose anchors do not determine R turn as their leaders do where they are near
+/// them: those with anchors first, which turn further as these tell, and then the others, which
+/// they may lead.
+void Increments::follow(std::span<const double> departures) {
+  const auto take = [&](const Leaders::Lead& lead) {
+    const Quaternion rotation = first_[at(lead.follower)].rotation = rotation_at(lead);
+    for (const Index c : clusters_of_[at(lead.follower)]) {
+      omega_[c] = {};
+      increments_[c] = rotation;
+    }
+  };
+  const auto all = [](const std::vector<std::uint8_t>& flags) {
+    return std::ranges::all_of(flags, [](auto flag) { return flag != 0; });
+  };
+  if (all(is_known_)) return;
+  bool any_turns = false;
+  for (const Leaders::Lead& lead : leaders_.find(is_known_, departures)) {
+    take(lead);
+    any_turns |= moments_of_components_[at(lead.follower)].number > 1;
+  }
+  if (any_turns) turn_clusters();
+  if (all(is_seen_)) return;
+  for (const Leaders::Lead& lead : leaders_.find(is_seen_, departures)) take(lead);
+}
+
+/// The mean D of the clusters of the leader that are near the follower.
+Quaternion Increments::rotation_at(const Leaders::Lead& lead) const {
+  Quaternion sum{};
+  leaders_.for_each_place(lead, [&](Index v, double weight) {
+    const Quaternion& q = increments_[at(clusters_.of_vertex[v])];
+    // q and -q are the same rotation.
+    sum = plus(sum, dot(sum, q) < 0 ? -weight : weight, q);
+  });
+  return normalized(sum);
+}
+
+std::span<const Turn> Increments::turns(std::span<const double> departures) {
+  for (std::size_t i = 0; i < turns_.size(); ++i) {
+    const Moments& moments = moments_of_components_[i];
+    const Quaternion& first = first_[i].rotation;
+    Turn& turn = turns_[i] = {};
+    turn.centre = moments.now;
+    turn.rotation = of_components_[i];
+    if (is_known_[i] != 0) {
+      turn.axes = 3;
+      const Leaders::Lead lead = leaders_.best(static_cast<Index>(i), is_known_, departures);
+      if (!(lead.trust > 0)) continue;
+      const auto [w, x, y, z] = rotation_at(lead);
+      const Quaternion beyond = product({w, -x, -y, -z}, first);
+      const double sine = std::hypot(beyond.x, beyond.y, beyond.z);
+      turn.squared_angle = std::pow(2 * std::atan2(sine, std::abs(beyond.w)), 2);
+      turn.compared_axes = 3;
+    } else if (moments.number > 1) {
+      const Eigen::JacobiSVD<Eigen::Matrix3d> svd(moments.arms.now,
+                                                  Eigen::ComputeFullU | Eigen::ComputeFullV);
+      if (!(svd.singularValues()[0] > std::pow(increment_constants.least_across * mean_edge_, 2))) {
+        continue;
+      }
+      turn.axes = turn.compared_axes = 2;
+      turn.line = svd.matrixU().col(0);
+      const Vector3 expected = rotated(first, from_eigen(svd.matrixV().col(0)));
+      const Eigen::Vector3d sine = to_eigen(expected).cross(turn.line);
+      turn.squared_angle = std::pow(std::atan2(sine.norm(), to_eigen(expected).dot(turn.line)), 2);
+    }
+  }
+  return turns_;
 }
 
 /// The rotation of anchors, known if they are farther from a line than this.
@@ -203,37 +277,22 @@ Increments::First Increments::first_of(const Moments& moments, double least_acro
   return {quaternion_of(motion), true};
 }
 
-/// Lets components without R take the mean of those that they are tied to.
-void Increments::follow_ties() {
-  std::ranges::copy(first_, next_first_.begin());
-  for (const Tie& tie : ties_) {
-    for (const auto& [v, other] : {std::array{tie.i, tie.j}, std::array{tie.j, tie.i}}) {
-      const First& followed = first_[topology_.component[other]];
-      if (first_[topology_.component[v]].is_known || !followed.is_known) continue;
-      Quaternion& sum = next_first_[topology_.component[v]].rotation;
-      // q and -q are the same rotation.
-      sum = plus(sum, dot(sum, followed.rotation) < 0 ? -1 : 1, followed.rotation);
-    }
-  }
-  for (First& first : next_first_) {
-    if (first.is_known || dot(first.rotation, first.rotation) == 0) continue;
-    first = {normalized(first.rotation), true};
-  }
-  std::swap(first_, next_first_);
-}
-
-/// H = sum w (|y|^2 1 - y y^T) and s = sum w y x q, where y = D p.
+/// H = sum w (|y|^2 1 - y y^T) and s = sum w y x q, where y = D p, and what holds components that
+/// others lead in the directions of which their anchors tell nothing.
 void Increments::find_equations() {
   for (std::size_t c = 0; c < equations_.size(); ++c) {
     const auto& [w, x, y, z] = increments_[c];
     const Eigen::Matrix3d turn = Eigen::Quaterniond(w, x, y, z).toRotationMatrix();
     const Eigen::Matrix3d y_y = turn * arms_[c].before * turn.transpose();
     const Eigen::Matrix3d q_y = arms_[c].now * turn.transpose();
-    const Eigen::Matrix3d h = y_y.trace() * Eigen::Matrix3d::Identity() - y_y;
+    Eigen::Matrix3d h = y_y.trace() * Eigen::Matrix3d::Identity() - y_y;
+    Vector3 s = {q_y(2, 1) - q_y(1, 2), q_y(0, 2) - q_y(2, 0), q_y(1, 0) - q_y(0, 1)};
+    if (is_known_[at(component_of_[c])] == 0 && first_.size() > 1) {
+      h += increment_constants.hold_of_led * Eigen::Matrix3d::Identity();
+      s = s - increment_constants.hold_of_led * omega_[c];
+    }
     const auto i = static_cast<Index>(c);
-    equations_[c] = {h,
-                     (h + couplings_.coeff(i, i) * Eigen::Matrix3d::Identity()).inverse(),
-                     {q_y(2, 1) - q_y(1, 2), q_y(0, 2) - q_y(2, 0), q_y(1, 0) - q_y(0, 1)}};
+    equations_[c] = {h, (h + couplings_.coeff(i, i) * Eigen::Matrix3d::Identity()).inverse(), s};
   }
 }
 

@@ -39,7 +39,9 @@ void check_memory(const Memory& memory, double largest) {
   const auto is_error = [](double x) { return x >= 0; };
   const auto are_energies = [](const Energy& e) { return e.x >= 0 && e.y >= 0; };
   if (!std::ranges::all_of(errors.standard_errors, is_error) || !are_energies(errors.energy) ||
-      !are_energies(errors.of_noise) || !are_energies(errors.of_shape)) {
+      !are_energies(errors.of_noise) || !are_energies(errors.turns_of_all) ||
+      !are_energies(errors.of_shape) ||
+      !std::ranges::all_of(errors.turns, are_energies, &TurnMemory::found)) {
     refuse_state("holds standard errors that are none");
   }
   const auto is_square = [](double x) { return x >= 0; };

@@ -46,6 +46,12 @@ struct GainMemory {
 /// is that of the residuals found in the frames, y that of the residuals expected by the ensemble.
 using Energy = Vector3;
 
+/// What is known of how a component turns otherwise than what leads it; see turn_errors.hpp.
+struct TurnMemory {
+  Energy found;                    ///< squared angles, and the number of axes: sums
+  std::array<Vector3, 3> error{};  ///< the expected error of its rotation, rows of a matrix
+};
+
 /// The ensemble of errors; all vectors are empty if standard errors are not wanted.
 struct ErrorMemory {
   std::vector<Vector3> errors;          ///< (3 k,) e, of the shape in memory
@@ -54,6 +60,8 @@ struct ErrorMemory {
   Energy energy;                        ///< of earlier frames, over the mesh
   Energy of_noise, of_shape;            ///< of recent frames, over the mesh, for noise of size 1
   std::uint64_t frame = 0;              ///< the number of frames since the ensemble was begun
+  std::vector<TurnMemory> turns;        ///< (components,), if there are several
+  Energy turns_of_all;                  ///< squared angles and axes, as of one of them
   std::vector<double> standard_errors;  ///< (k,) of the last frame
 };
 
@@ -93,7 +101,8 @@ struct Memory {
   double lambda = detail_constants.first_lambda;  ///< the weight of noisy anchors, in the unit of K
   FitMemory fit;
   FitMemory coarse_fit;  ///< of the coarse mesh of a tracker
-  /// (pairs,) by how much components that are near in frame 0 moved apart; see LearnedTies.
+  /// (pairs,) by how much components that are near in frame 0 moved apart; see LearnedTies of a
+  /// tracker and Leaders of a completer.
   std::vector<double> departures;
   std::vector<double> coarse_departures;  ///< of the coarse mesh of a tracker
   GainMemory gains;
@@ -143,6 +152,11 @@ void each_number(Visited& memory, const Visit& visit) {
   visit(memory.errors.of_noise);
   visit(memory.errors.of_shape);
   visit(memory.errors.frame);
+  for (auto& [found, error] : memory.errors.turns) {
+    visit(found);
+    visit(error);
+  }
+  visit(memory.errors.turns_of_all);
   visit(memory.errors.standard_errors, false);  // infinite for disconnected vertices
   visit(memory.good);
   visit(memory.pause);

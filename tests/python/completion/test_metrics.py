@@ -2,6 +2,7 @@
 
 from typing import Any
 
+import leaders_reference
 import meshes
 import numpy as np
 import pytest
@@ -165,6 +166,7 @@ def test_random_meshes_equal_the_transcription(
         disconnected=disconnected,  # type: ignore[arg-type]
         method="motion",
     )
+    leaders = leaders_reference.Leaders(edges, mesh.vertices)
     frame = mesh.vertices
     for _ in range(2):
         known = data.draw(meshes.masks(len(frame)))
@@ -173,7 +175,8 @@ def test_random_meshes_equal_the_transcription(
             edges, frame, points, known, h, revisit=revisit, extra_iterations=extra
         )
         if disconnected == "follow":
-            expected = reference.follow(edges, mesh.vertices, frame, expected, generation)
+            expected = leaders.follow(frame, expected, known)
+            leaders.learn(expected, known)
         completed = completer.push(points, known)
         np.testing.assert_array_equal(completer.generation, generation)
         np.testing.assert_allclose(completed, expected, rtol=1e-7, atol=1e-7)

@@ -3,7 +3,7 @@
 from typing import Any
 
 import numpy as np
-from increments_reference import Increments, order_of
+from increments_reference import Increments
 from numpy.typing import NDArray
 from reference import (
     SQUARED_LENGTH_FLOOR,
@@ -12,6 +12,7 @@ from reference import (
     components,
     directed_edges,
     mean_edge,
+    order_of,
     sum_to,
 )
 from scipy.spatial.transform import Rotation
@@ -161,6 +162,7 @@ class Detail:
         elif seen.any():
             x = np.where(known[:, None], points, x)
         self._fit(x)
+        self.increments.leaders.learn(x, known)
         last = self.memory
         self.memory = np.einsum("nji,nj->ni", self.q, self.operator @ x)
         change = self.memory - last

@@ -1,24 +1,10 @@
 """The rotations of clusters since the last frame, in NumPy, slow and simple, for comparison."""
 
 import numpy as np
+from leaders_reference import Lead, Leaders
 from numpy.typing import NDArray
-from reference import Array, Edges, best_rotations, mean_edge, sum_to
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
+from reference import Array, Edges, best_rotations, mean_edge, order_of, sum_to
 from scipy.spatial.transform import Rotation
-
-
-def order_of(edges: Edges, positions: Array) -> NDArray[np.int64]:
-    """The vertices, the outermost of each component first, then by their coordinates."""
-    i, j = edges
-    distance = np.zeros(len(positions))
-    graph = coo_array((np.ones(len(i)), (i, j)), shape=(len(positions), len(positions)))
-    _, component = connected_components(graph)
-    for c in range(component.max() + 1):
-        own = positions[component == c]
-        away = np.linalg.norm(own - own.mean(axis=0), axis=1)
-        distance[component == c] = np.round(away / max(away.max(), 1e-300) * 2**20)
-    return np.lexsort((*positions.T[::-1], -distance))
 
 
 def clusters_of(edges: Edges, positions: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -36,25 +22,6 @@ def clusters_of(edges: Edges, positions: Array) -> tuple[NDArray[np.int64], NDAr
         around = cluster[j[i == v]]
         joined[v] = around[around != -1].min()
     return joined, np.array(centres)
-
-
-def ties_of(label: NDArray[np.int64], frame: Array, h: float) -> list[tuple[int, int, float]]:
-    """Vertices near other components, the nearest vertex there, and the weight of this tie."""
-    distance = np.linalg.norm(frame[:, None] - frame[None], axis=2)
-    distance[label[:, None] == label[None]] = np.inf
-    away = distance.min(axis=1) / h
-    ties = []
-    for part in np.unique(label) if label.max() > 0 else []:
-        near = np.flatnonzero(label == part)
-        near = near[np.argsort(away[near], kind="stable")]
-        near = near[: max((away[near] <= away[near[0]] + 1.5).sum(), 8)]
-        chosen = [int(near[0])]
-        while len(chosen) < min(len(near), 8):
-            apart = np.linalg.norm(frame[near][:, None] - frame[chosen], axis=2).min(axis=1)
-            chosen.append(int(near[apart.argmax()]))
-        chosen = chosen if len(near) > 8 else near.tolist()
-        ties += [(v, int(distance[v].argmin()), 1e-3 / (1 + away[v] ** 2)) for v in chosen]
-    return ties
 
 
 def kabsch(before: Array, after: Array) -> tuple[Array, float]:
@@ -80,12 +47,8 @@ class Increments:
         self.beside = np.zeros((n, n), dtype=bool)  # clusters that an edge connects
         self.beside[self.cluster[i], self.cluster[j]] = True
         np.fill_diagonal(self.beside, False)
-        self.ties = ties_of(label, first_frame, self.h)
+        self.leaders = Leaders(edges, first_frame)
         weights = self.beside.astype(float)
-        for v, other, weight in self.ties:
-            c, d = self.cluster[[v, other]]
-            weights[c, d] += weight
-            weights[d, c] += weight
         self.couplings = 0.05 * (np.diag(weights.sum(axis=1)) - weights) + 1e-7 * np.eye(n)
 
     def _regions(self, has_anchors: NDArray[np.bool_]) -> tuple[NDArray[np.int64], Array]:
@@ -124,7 +87,7 @@ class Increments:
         return pairs
 
     def _first(self, previous: Array, points: Array, known: NDArray[np.bool_]) -> Array:
-        """The rotation with which each component begins."""
+        """The rotation with which each component begins, also if its anchors do not tell."""
         first: dict[int, Array] = {}
         for part in np.unique(self.label):
             own = known & (self.label == part)
@@ -132,21 +95,7 @@ class Increments:
                 rotation, across = kabsch(previous[own], points[own])
                 if across > (0.1 * self.h) ** 2:
                     first[part] = rotation
-        while True:
-            following: dict[int, list[Array]] = {}
-            for v, other, _ in self.ties:
-                for c, d in (
-                    (self.label[v], self.label[other]),
-                    (self.label[other], self.label[v]),
-                ):
-                    if c not in first and d in first:
-                        following.setdefault(c, []).append(first[d])
-            if not following:
-                break
-            for part, rotations in following.items():
-                q = Rotation.from_matrix(np.stack(rotations)).as_quat()
-                q *= np.where(q @ q[0] < 0, -1, 1)[:, None]
-                first[part] = Rotation.from_quat(q.sum(axis=0)).as_matrix()
+        self.told = set(first)
         of_all = np.eye(3)
         if known.sum() >= 3:
             rotation, across = kabsch(previous[known], points[known])
@@ -175,9 +124,38 @@ class Increments:
             noise = self.noise / anchors[a] + self.noise / anchors[b]
             weight = 0.5 / (1 + (path / 10) ** 2) / (max(p @ p, 1e-4 * self.h**2) + noise)
             arms += [(c, weight, p, q) for c in (a, b)]
-        omega, turns = np.zeros((n, 3)), first
+        is_led = ~np.isin(self.part, list(self.told)) & (self.label.max() > 0)
+        self.hold = 1e-4 * is_led
+        omega, turns = self._turned(arms, anchors, np.zeros((n, 3)), first)
+        leads = self.leaders.find(self.told)
+        for lead in leads:
+            self._take(lead, omega, turns, first)
+        if any((self.label[known] == lead.follower).sum() > 1 for lead in leads):
+            omega, turns = self._turned(arms, anchors, omega, first)
+        for lead in self.leaders.find({int(part) for part in self.label[known]}):
+            self._take(lead, omega, turns, first)
+        return turns
+
+    def _take(self, lead: Lead, omega: Array, turns: Array, first: Array) -> None:
+        """Turns a component as what leads it turns near it."""
+        q = Rotation.from_matrix(turns[self.cluster[lead.vertices]]).as_quat()
+        q *= np.where(q @ q[0] < 0, -1, 1)[:, None]
+        own = self.part == lead.follower
+        mean = Rotation.from_quat((lead.weights[:, None] * q).sum(axis=0))
+        omega[own], turns[own], first[own] = 0.0, mean.as_matrix(), mean.as_matrix()
+
+    def _turned(
+        self,
+        arms: list[tuple[int, float, Array, Array]],
+        anchors: Array,
+        omega: Array,
+        first: Array,
+    ) -> tuple[Array, Array]:
+        """Two steps from these rotations, or one that turns little."""
+        turns = np.asarray(Rotation.from_rotvec(omega).as_matrix() @ first)
         for _ in range(2):
-            h, s = np.zeros((n, 3, 3)), -self.couplings @ omega
+            h = self.hold[:, None, None] * np.eye(3)
+            s = -self.couplings @ omega - self.hold[:, None] * omega
             for c, weight, p, q in arms:
                 y = turns[c] @ p
                 h[c] += weight * ((y @ y) * np.eye(3) - np.outer(y, y))
@@ -187,7 +165,7 @@ class Increments:
             turns = np.asarray(Rotation.from_rotvec(omega).as_matrix() @ first)
             if np.linalg.norm(step, axis=1).max() < 0.02:
                 break
-        return turns
+        return omega, turns
 
     def _solve(self, h: Array, s: Array, is_without: NDArray[np.bool_]) -> Array:
         """Some steps of conjugate gradients.

@@ -89,6 +89,19 @@ def rigid_motion(before: Array, after: Array, what: Array) -> Array:
     return np.asarray((what - from_mean) @ rotation.T + to_mean)
 
 
+def order_of(edges: Edges, positions: Array) -> NDArray[np.int64]:
+    """The vertices, the outermost of each component first, then by their coordinates."""
+    i, j = edges
+    distance = np.zeros(len(positions))
+    graph = coo_array((np.ones(len(i)), (i, j)), shape=(len(positions), len(positions)))
+    _, component = connected_components(graph)
+    for c in range(component.max() + 1):
+        own = positions[component == c]
+        away = np.linalg.norm(own - own.mean(axis=0), axis=1)
+        distance[component == c] = np.round(away / max(away.max(), 1e-300) * 2**20)
+    return np.lexsort((*positions.T[::-1], -distance))
+
+
 def graph_of(edges: Edges, k: int) -> Any:
     """Returns the matrix of the graph, as SciPy takes it."""
     return coo_array((np.ones(len(edges[0])), edges), shape=(k, k)).tocsr()
@@ -106,34 +119,6 @@ def edges_to(nearest: NDArray[np.bool_], edges: Edges) -> Array:
     graph, ends = graph_of(edges, len(nearest)), np.flatnonzero(nearest)
     away = dijkstra(graph, indices=ends, unweighted=True, min_only=True)
     return np.asarray(away)
-
-
-def follow(
-    edges: Edges,
-    first_frame: Array,
-    previous: Array,
-    completed: Array,
-    generation: NDArray[np.int64],
-) -> Array:
-    """Moves the disconnected vertices of a completed frame."""
-    label = components(edges, len(previous))
-    distance = np.linalg.norm(first_frame[:, None] - first_frame[None], axis=2)
-    distance[label[:, None] == label[None]] = np.inf
-    donor = distance.argmin(axis=1)
-    anchors = np.flatnonzero(generation == 0)
-    result = completed.copy()
-    for part in np.unique(label[generation < 0]):
-        members = np.flatnonzero(label == part)
-        usable = [
-            v
-            for v in np.unique(donor[members])
-            if label[v] != part and (generation[label == label[v]] == 0).sum() >= 4
-        ]
-        if len(anchors) == 0:
-            continue
-        chosen = np.array(usable) if len(usable) >= 4 else anchors
-        result[members] = rigid_motion(previous[chosen], completed[chosen], previous[members])
-    return result
 
 
 def nmsve(edges: Edges, reference: Array, completed: Array) -> float:

@@ -2,36 +2,19 @@
 
 from collections.abc import Callable
 from functools import cache, partial
-from typing import NamedTuple
 
 import numpy as np
 import pytest
-import trimesh
-from meshes import Array, Mesh, join
+from meshes import Array, Mesh
 from numpy.typing import NDArray
+from parts import Part, ball, joined, turned
 from scans_of_meshes import edge
 from scipy.spatial import cKDTree
-from scipy.spatial.transform import Rotation
 
 import dynmesh
 from dynmesh import Tracker, losses
 
 FRAMES = 10
-
-
-class Part(NamedTuple):
-    mesh: Mesh
-    moved: Callable[[Array, int], Array]
-    """Its vertices in a frame."""
-
-
-def ball(subdivisions: int, radii: tuple[float, float, float], centre: Array) -> Mesh:
-    """A rounded body without symmetry, whose points tell how it turns."""
-    made = trimesh.creation.icosphere(subdivisions)
-    x, y, z = made.vertices.T
-    size = 1 + 0.12 * np.sin(2.1 * y + 0.7) + 0.1 * np.cos(2.7 * z) + 0.12 * (x * x - y * y)
-    vertices = made.vertices * size[:, None] * radii + centre
-    return Mesh(np.asarray(made.faces, np.int64), vertices)
 
 
 def tube(radius: float, reach: float, is_closed: bool) -> Mesh:
@@ -58,11 +41,6 @@ def tube(radius: float, reach: float, is_closed: bool) -> Mesh:
     ])  # fmt: skip
     faces = np.concatenate([quads[:, [0, 2, 1]], quads[:, [0, 3, 2]]])
     return Mesh(faces, np.array(vertices))
-
-
-def turned(axis: tuple[float, float, float], angle: float, points: Array, about: Array) -> Array:
-    rotation = Rotation.from_rotvec(angle * np.array(axis) / np.linalg.norm(axis))
-    return np.asarray(rotation.apply(points - about) + about)
 
 
 def bodies_that_part() -> list[Part]:
@@ -197,12 +175,8 @@ def pieces_that_fly_apart() -> list[Part]:
 
 @cache
 def frames_of(scene: Callable[[], list[Part]]) -> tuple[NDArray[np.int64], Array, Array]:
-    """The faces, the frames (n, k, 3), and the number of the part of each vertex."""
-    parts = scene()
-    whole = join(*(part.mesh for part in parts))
-    frames = [np.concatenate([p.moved(p.mesh.vertices, n) for p in parts]) for n in range(FRAMES)]
-    labels = np.repeat(np.arange(len(parts)), [len(part.mesh.vertices) for part in parts])
-    return whole.faces, np.array(frames), labels
+    """As `joined` makes them."""
+    return joined(scene(), FRAMES)
 
 
 def tracked(
