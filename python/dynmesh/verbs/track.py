@@ -1,8 +1,10 @@
 """Tracking of a template through files of scans, in constant memory."""
 
 import contextlib
+import os
 from collections.abc import Generator, Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -23,6 +25,8 @@ from ..geometry import mean_edge_of
 from ..registration import Registration
 from ..scans import ScanReader, open_scans
 from ..scans.reader import DepthReader
+from ..scans.writer import InMemory as ScansInMemory
+from ..scans.writer import in_files
 from ..tracker import Resolution, Tracker
 from ..tracking.background import Background, Crop
 from ..tracking.landmarks import read_landmarks
@@ -131,7 +135,7 @@ class TrackReport(Report):
 
 
 def track(
-    scans: PathLike,
+    scans: PathLike | ScansInMemory,
     *,
     template: Input[OneSequence],
     landmarks: Input[PathLike | None] = None,
@@ -147,7 +151,7 @@ def track(
     threads: Method[int] = 1,
     uncertainty: Method[bool] = False,
     progress: bool | None = None,
-) -> Run[TrackReport]:
+) -> Run[TrackReport] | Any:
     """Tracks a mesh through scans whose points belong to no vertex.
 
     The template is placed in the first scan that has points: it stays where it is if it lies there,
@@ -158,7 +162,8 @@ def track(
 
     Args:
         scans: point clouds (PLY, XYZ) or depth images (16-bit PNG), one file per frame: a
-            folder, or a pattern such as 'depth/*.png'.
+            folder, or a pattern such as 'depth/*.png'; or, in Python, those that a verb makes, or
+            the points of each frame, (n, 3).
         template: the mesh, best in the pose of the first scan.
         landmarks: a JSON file with landmarks of a template in another pose than the first scan, as
             for a registration, in the unit of the scans.
@@ -186,25 +191,26 @@ def track(
         progress: whether to show on standard error how far it is.
 
     Returns:
-        The tracked frames, which are made when they are gone through, with the generation and age
-        of their vertices. Then they have a report, of which
+        The tracked frames with the generation and age of their vertices: of scans in memory, a
+        :class:`dynmesh.Sequence`; of files, a :class:`dynmesh.frames.Run`, whose frames are made
+        when they are gone through. They have a report, of which
         :meth:`~dynmesh.verbs.track.TrackReport.write_csv` writes how good each frame is.
 
     Raises:
         OSError, ImportError, TypeError, ValueError: a file cannot be read, an argument is
             refused, or the template is not found in the first scan.
     """
-    scans = path_of("scans", scans)
     marked = [] if landmarks is None else [path_of("landmarks", landmarks)]
     check_flags(recover=recover, uncertainty=uncertainty)
     check_resolution(resolution)
     check_integer("threads", threads, 1)
     Background(crop, remove_planes)  # which refuses what is no box
     with contextlib.ExitStack() as stack:
+        path = stack.enter_context(in_files(scans))
         mesh = stack.enter_context(formats.opened(template, "template"))
-        reader = open_scans(scans, cameras=cameras, gaps=gaps)
+        reader = open_scans(path, cameras=cameras, gaps=gaps)
         units = units_of(reader, mesh, scan_unit, template_unit)
-        look = _LOOK.format(scans, mesh.path) if isinstance(reader, DepthReader) else ""
+        look = _LOOK.format(path, mesh.path) if isinstance(reader, DepthReader) else ""
         marks = read_landmarks(marked[0]) if marked else None
         learnt = Training(training, mesh, progress)
         header = replace(
@@ -219,7 +225,7 @@ def track(
 
         def make() -> Generator[Frame, None, TrackReport]:
             room = Background(crop, remove_planes)
-            with formats.naming(scans):
+            with formats.naming(path):
                 with steps("finding the template", progress):
                     at = placed_in(reader, mesh, room, units, marks, look, threads)
                 room.follow(at.points)
@@ -250,15 +256,19 @@ def track(
                     yield Frame(points, **{name: getattr(tracker, name) for name in names})
             return _report(fits, at, room, reader, is_trained=bool(learnt))
 
-        return Run(
+        run: Run[TrackReport] = Run(
             header,
             make,
             mesh,
-            files=[scans, *reader.files, *learnt.files, *marked],
+            files=[path, *reader.files, *learnt.files, *marked],
             origin=mesh.origin,
             wanted=["standard_error"] if uncertainty else [],
             close=stack.pop_all().close,
         )
+    if isinstance(scans, str | os.PathLike):
+        return run
+    with run:
+        return run.read()
 
 
 def _report(

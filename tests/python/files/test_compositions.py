@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from every_format import FORMATS, KNOWN, PARTIAL, place
+from scan_files import moving_body
 from sequences import sea
 from stages import BODY, production
 
@@ -107,6 +108,23 @@ def test_a_file_between_two_verbs_changes_nothing_that_it_can_hold(
         if format in ("npz", "hdf5"):
             np.testing.assert_equal(one.vertices, other.vertices)
             np.testing.assert_equal(one.attributes(), other.attributes())
+
+
+@pytest.mark.parametrize("kind", [{"scan": True, "points": 1500}, {"depth": "80x60"}], ids=str)
+def test_scans_in_memory_are_tracked_as_those_in_files(tmp_path: Path, kind: Any) -> None:
+    pytest.importorskip("PIL")
+    body = moving_body(2)
+    scans = dynmesh.degrade(body, **kind)
+    scans.write(tmp_path / "scans")
+    of_files = dynmesh.track(tmp_path / "scans", template=body[:1]).read()
+    tracked: Any = dynmesh.track(dynmesh.degrade(body, **kind), template=body[:1])
+    assert_alike(tracked, of_files)
+    with pytest.raises(ValueError, match="gone through"):
+        dynmesh.track(scans, template=body[:1])
+    assert dynmesh.evaluate(tracked, body).mean < 0.01
+    if "scan" in kind:
+        points = [scan.points for scan in dynmesh.degrade(body, **kind)]
+        assert dynmesh.track(points, template=body[:1]).report.quality == "good"
 
 
 @pytest.mark.filterwarnings("ignore::dynmesh.DoubtfulWarning")
