@@ -51,6 +51,7 @@ FILES = {
     ("complete", "training"),
     ("track", "training"),
     ("track", "template"),
+    ("track", "scans"),
 }
 """Arrays in place of files, which are checked as those of files are."""
 

@@ -127,7 +127,7 @@ def head_with_a_cap() -> list[Part]:
     def moved(x: Array, frame: int) -> Array:
         x = turned((1, 0, 0), 0.12 * np.sin(0.5 * frame), x, np.zeros(3))
         x = turned((0, 0, 1), 0.24 * np.sin(0.6 * frame), x, np.zeros(3))
-        return x + frame * np.array([0.05, 0.02, 0])
+        return np.asarray(x + frame * np.array([0.05, 0.02, 0]))
 
     eyes = [ball(2, (0.13, 0.13, 0.13), np.array([side, -0.8, 0.1])) for side in (-0.3, 0.3)]
     cap = Mesh(cap.faces, 1.05 * cap.vertices)
@@ -197,7 +197,8 @@ def tracked(
     errors = []
     for truth, scan in zip(frames[1:], scans, strict=True):
         passed = slice(None) if kept is None else kept(scan.points, truth)
-        found = tracker.push(scan.points[passed], scan.normals[passed], viewpoints=scan.viewpoints)
+        normals = np.asarray(scan.normals)[passed]
+        found = tracker.push(scan.points[passed], normals, viewpoints=scan.viewpoints)
         assert tracker.report.quality == "good", tracker.report.reason
         errors.append(np.linalg.norm(found - truth, axis=1))
     return np.array(errors) / edge(Mesh(faces, frames[0]))
