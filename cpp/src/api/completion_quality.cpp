@@ -2,7 +2,6 @@
 
 #include <Eigen/SVD>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdio>
 #include <tuple>
@@ -22,10 +21,22 @@ constexpr std::size_t vertices_per_edge = 10;
 constexpr std::size_t fewest_measured = 512;
 constexpr std::size_t most_measured = 5000;
 
-// Distances are measured between so many anchors.
+// What the first frames are compared with frame 0 by, at most: edges at anchors, anchors, and
+// anchors of which all distances are measured.
+constexpr std::size_t most_edges = 256;
+constexpr std::size_t most_anchors = 512;
 constexpr std::size_t most_compared = 32;
 
 constexpr double longest_measured = 1e100;  // in mean edges; the ratio of two is finite
+
+/// Calls `visit` with the numbers below `n`, the first of them spread evenly, until it returns
+/// false.
+template <class Visit>
+void visit_spread(std::size_t n, const Visit& visit) {
+  constexpr std::size_t prime = 7919;  // n is seldom a multiple, so that each number has its turn
+  std::size_t number = 0;
+  for (std::size_t i = 0; i < n && visit(number); ++i) number = (number + prime % n) % n;
+}
 
 int in_percent(double share) { return static_cast<int>(std::lround(100 * share)); }
 
@@ -90,7 +101,8 @@ CompletionQuality::CompletionQuality(const Cells& cells, Field first_frame)
     edges_.push_back(edge);
     n_flat += usual > 0 ? 0 : 1;
   }
-  changes_.reserve(std::max(n, most_compared * most_compared / 2));
+  changes_.reserve(std::max(most_edges, most_compared * most_compared / 2));
+  anchors_.reserve(most_anchors);
   if (n > 0) flat_share_ = n_flat / static_cast<double>(n);
 }
 
@@ -108,9 +120,10 @@ void CompletionQuality::judge(Field previous, Field completed, Generation genera
       }
     }
     const bool has_anchors = !edges_.empty() && report.known >= limits.fewest_anchors;
-    if (has_anchors && is_scattered(completed, generation, report.known)) {
+    if (has_anchors) choose_anchors(generation);
+    if (has_anchors && is_scattered(completed)) {
       verdict.frame_0 = Verdict::is_reordered;
-    } else if (has_anchors && is_mirrored(completed, generation)) {
+    } else if (has_anchors && is_mirrored(completed)) {
       verdict.frame_0 = Verdict::is_mirrored;
     } else if (has_anchors && verdict.frame_0 == Verdict::is_reordered) {
       verdict.frame_0 = Verdict::fits;  // the frame before had the other order
@@ -215,12 +228,19 @@ auto CompletionQuality::shares_of(Field frame, Generation generation) const -> S
           std::max(shares.torn, share(at_anchors.torn, at_anchors.all))};
 }
 
+void CompletionQuality::choose_anchors(Generation generation) {
+  anchors_.clear();
+  visit_spread(generation.size(), [&](std::size_t v) {
+    if (generation[v] == 0) anchors_.push_back(static_cast<Index>(v));
+    return anchors_.size() < most_anchors;
+  });
+}
+
 /// Whether the anchors are a mirror image of themselves in frame 0, which the lengths of edges do
 /// not tell: a reflection brings them much closer than any rotation does.
-bool CompletionQuality::is_mirrored(Field frame, Generation generation) const {
+bool CompletionQuality::is_mirrored(Field frame) const {
   const auto for_each_anchor = [&](const auto& visit) {
-    for (std::size_t v = 0; v < frame.size(); ++v) {
-      if (generation[v] != 0) continue;
+    for (const Index v : anchors_) {
       visit(per_edge_ * to_eigen(first_frame_[v]), per_edge_ * to_eigen(frame[v]));
     }
   };
@@ -240,32 +260,27 @@ bool CompletionQuality::is_mirrored(Field frame, Generation generation) const {
 /// By which share of its length the median edge at an anchor became longer or shorter.
 double CompletionQuality::change_at_anchors(Generation generation, Field from, Field to) {
   changes_.clear();
-  for (const Edge& edge : edges_) {
-    if (generation[edge.a] != 0 && generation[edge.b] != 0) continue;
-    const double was = length_of(edge, from) + limits.added;
-    const double is = length_of(edge, to) + limits.added;
-    changes_.push_back(std::max(was, is) / std::min(was, is) - 1);
-  }
+  visit_spread(edges_.size(), [&](std::size_t e) {
+    const Edge& edge = edges_[e];
+    if (generation[edge.a] == 0 || generation[edge.b] == 0) {
+      const double was = length_of(edge, from) + limits.added;
+      const double is = length_of(edge, to) + limits.added;
+      changes_.push_back(std::max(was, is) / std::min(was, is) - 1);
+    }
+    return changes_.size() < most_edges;
+  });
   return changes_.empty() ? 0 : median(changes_);
 }
 
 /// Whether the distances between some anchors have changed by factors so unlike each other that the
 /// anchors are probably other vertices than in frame 0. Another unit changes all by the same one.
-bool CompletionQuality::is_scattered(Field frame, Generation generation, std::size_t n_anchors) {
-  std::array<Index, most_compared> chosen{};  // evenly
-  const std::size_t n = std::min(n_anchors, most_compared);
-  std::size_t rank = 0;
-  std::size_t found = 0;
-  for (std::size_t v = 0; v < generation.size() && found < n; ++v) {
-    if (generation[v] != 0) continue;
-    if (rank++ * n >= found * n_anchors) chosen[found++] = static_cast<Index>(v);
-  }
+bool CompletionQuality::is_scattered(Field frame) {
   changes_.clear();
-  for (std::size_t i = 0; i < found; ++i) {
+  for (std::size_t i = 0; i < std::min(anchors_.size(), most_compared); ++i) {
     for (std::size_t j = 0; j < i; ++j) {
       Edge pair = {};
-      pair.a = chosen[i];
-      pair.b = chosen[j];
+      pair.a = anchors_[i];
+      pair.b = anchors_[j];
       changes_.push_back((length_of(pair, frame) + limits.added) /
                          (length_of(pair, first_frame_) + limits.added));
     }

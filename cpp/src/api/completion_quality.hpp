@@ -84,16 +84,19 @@ class CompletionQuality {
 
   [[nodiscard]] double square_of(const Edge& edge, Field frame) const;
   [[nodiscard]] double length_of(const Edge& edge, Field frame) const;
-  [[nodiscard]] bool is_mirrored(Field frame, Generation generation) const;
+  void choose_anchors(Generation generation);
+  [[nodiscard]] bool is_mirrored(Field frame) const;
   [[nodiscard]] Shares shares_of(Field frame, Generation generation) const;
   double change_at_anchors(Generation generation, Field from, Field to);
-  bool is_scattered(Field frame, Generation generation, std::size_t n_anchors);
+  bool is_scattered(Field frame);
 
   Field first_frame_;
   double per_edge_;  // mean edges of frame 0 in a unit of length
   std::vector<Edge> edges_;
+  // Of a frame:
   std::vector<double> changes_;
-  double flat_share_ = 0;  // of the edges without a length in frame 0
+  std::vector<Index> anchors_;  // some of them, spread evenly
+  double flat_share_ = 0;       // of the edges without a length in frame 0
 };
 
 }  // namespace dynmesh
