@@ -18,7 +18,7 @@
 namespace dynmesh::testing {
 namespace {
 
-TEST_CASE("frames in float are those in double, rounded once") {
+TEST_CASE("frames in float are those in double, rounded once; by method motion nearly") {
   const auto mesh = join(sheet<float>(12), sheet<float>(3, 20));
   const std::size_t k = mesh.size();
   const std::vector<double> vertices(mesh.vertices.begin(), mesh.vertices.end());
@@ -38,7 +38,14 @@ TEST_CASE("frames in float are those in double, rounded once") {
       const auto known = random_mask(k, 0.03 * n, n);
       of_floats.push({frame.data(), k}, {known.data(), k}, {found.data(), k});
       of_doubles.push({same.data(), k}, {known.data(), k}, {expected.data(), k});
-      CHECK(found == std::vector<float>(expected.begin(), expected.end()));
+      const double size = 24;  // of the coordinates
+      const double rounding = size * std::numeric_limits<float>::epsilon();
+      const bool is_exact = settings.method == Method::detail;
+      for (std::size_t i = 0; i < 3 * k; ++i) {
+        const double error =
+            std::abs(found[i] - static_cast<double>(static_cast<float>(expected[i])));
+        CHECK(error <= (is_exact ? 0 : 2 * rounding));
+      }
     }
   }
 }

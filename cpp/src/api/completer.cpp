@@ -36,6 +36,7 @@ constexpr Index fewest_anchors = 4;
 }  // namespace
 
 /// Completes frames, by one of the methods, and judges them.
+template <class Real>
 struct CompletionSolver final : StreamSolver {
   /// Method detail.
   struct OfDetail {
@@ -51,8 +52,7 @@ struct CompletionSolver final : StreamSolver {
     Detail detail;
   };
 
-  CompletionSolver(StreamMesh& mesh, const Settings& settings, std::vector<Vector3> frame,
-                   double epsilon)
+  CompletionSolver(StreamMesh& mesh, const Settings& settings, std::vector<Vector3> frame)
       : StreamSolver(std::move(frame)),
         leaders(mesh.topology, first_frame, mesh.training),
         disconnected(mesh.topology, settings.disconnected, leaders,
@@ -62,10 +62,12 @@ struct CompletionSolver final : StreamSolver {
                      : nullptr),
         quality(mesh.topology.cells, first_frame) {
     if (settings.method == Method::detail) {
-      of_detail = std::make_unique<OfDetail>(first_frame, mesh, settings, epsilon, leaders);
+      of_detail = std::make_unique<OfDetail>(first_frame, mesh, settings,
+                                             std::numeric_limits<Real>::epsilon(), leaders);
     } else {
-      motion = std::make_unique<Motion>(mesh.topology.cells, first_frame, settings.extra_iterations,
-                                        settings.revisit, mesh.workers);
+      motion =
+          std::make_unique<Motion<Real>>(mesh.topology.cells, first_frame,
+                                         settings.extra_iterations, settings.revisit, mesh.workers);
     }
   }
 
@@ -77,7 +79,7 @@ struct CompletionSolver final : StreamSolver {
   std::unique_ptr<Outliers> outliers;  ///< null if outliers are not rejected
   CompletionQuality quality;
   std::unique_ptr<OfDetail> of_detail;  ///< one of the two is null
-  std::unique_ptr<Motion> motion;
+  std::unique_ptr<Motion<Real>> motion;
 };
 
 using CompletionMesh = StreamMeshOf<Settings, FrameReport>;
@@ -85,7 +87,9 @@ using CompletionMesh = StreamMeshOf<Settings, FrameReport>;
 /// One sequence of frames, completed after the public functions have checked the arguments.
 template <class Real>
 struct Completer<Real>::Parts final : FrameStream::Parts {
-  Parts(const std::shared_ptr<CompletionMesh>& of_all, std::shared_ptr<CompletionSolver> of_frame)
+  using Solver = CompletionSolver<Real>;
+
+  Parts(const std::shared_ptr<CompletionMesh>& of_all, std::shared_ptr<Solver> of_frame)
       : FrameStream::Parts(of_all, of_frame, dynmesh::largest_coordinate<Real>),
         own(of_all),
         settings(of_all->settings),
@@ -98,9 +102,7 @@ struct Completer<Real>::Parts final : FrameStream::Parts {
     count(memory.generations, report);
   }
   Parts(const std::shared_ptr<CompletionMesh>& of_all, Frame frame)
-      : Parts(of_all,
-              std::make_shared<CompletionSolver>(*of_all, of_all->settings, std::move(frame),
-                                                 std::numeric_limits<Real>::epsilon())) {}
+      : Parts(of_all, std::make_shared<Solver>(*of_all, of_all->settings, std::move(frame))) {}
 
   /// Completes the frame whose anchors have been read. Only the estimate can fail, if memory is
   /// exhausted, and nothing that is kept between calls changes before `advance`.
@@ -113,7 +115,8 @@ struct Completer<Real>::Parts final : FrameStream::Parts {
       made.iterations =
           solver.motion->estimate(memory.last, next.last, next.known, next.generations);
       solver.disconnected.complete(memory, next);
-      finish();
+      if (next.generations.disconnected_vertices() > 0) reset_diverged();
+      count_frames();
     } else {
       Detail& detail = solver.of_detail->detail;
       next.generations.classify(mesh->topology.cells, next.known);
@@ -152,8 +155,7 @@ struct Completer<Real>::Parts final : FrameStream::Parts {
 
   [[nodiscard]] std::unique_ptr<FrameStream::Parts> begun(Frame frame) const override {
     if (begins_with(frame) && !settings.learn) {
-      return std::make_unique<Parts>(own,
-                                     std::static_pointer_cast<CompletionSolver>(shared_solver));
+      return std::make_unique<Parts>(own, std::static_pointer_cast<Solver>(shared_solver));
     }
     return std::make_unique<Parts>(own, std::move(frame));
   }
@@ -191,7 +193,7 @@ struct Completer<Real>::Parts final : FrameStream::Parts {
 
   std::shared_ptr<CompletionMesh> own;  // `mesh`
   const Settings& settings;
-  CompletionSolver& solver;
+  Solver& solver;
   std::vector<Real> standard_error;  // (k,), or empty
   FrameReport report;
 };

@@ -34,36 +34,51 @@ FrameStream::Parts::Parts(std::shared_ptr<StreamMesh> of_all, std::shared_ptr<St
 
 template <class Real>
 void FrameStream::Parts::read(Points<const Real> rows, KnownMask mask) {
-  std::atomic<bool> are_in_range{true};
-  // Loops without branches, since masks may be random.
+  std::atomic<bool> may_be_large{false};
+  // Loops without branches, since masks may be random, on local variables, which no write changes.
   const auto read_rows = [&, rows, mask](Index first, Index last) {
-    for (Index v = first; v < last; ++v) next.last[v] = row(rows, at(v));
+    const auto given = rows;
+    const auto given_mask = mask;
+    const double largest = largest_coordinate;
+    Vector3* const points = next.last.data();
+    std::uint8_t* const known = next.known.data();
+    for (Index v = first; v < last; ++v) points[v] = row(given, at(v));
+    int any_large = 0;
     for (Index v = first; v < last; ++v) {
-      next.known[v] = (mask.data == nullptr ? is_finite(next.last[v]) : mask[at(v)]) ? 1 : 0;
+      // Not less than the largest coordinate, and not a number if one of them is none.
+      const double sum = std::abs(points[v].x) + std::abs(points[v].y) + std::abs(points[v].z);
+      const int fits{sum <= largest};
+      const int is_known = given_mask.data == nullptr ? fits : int{given_mask[at(v)]};
+      any_large |= (1 - fits) & (given_mask.data == nullptr ? int{!std::isnan(sum)} : is_known);
+      known[v] = static_cast<std::uint8_t>(is_known);
     }
-    bool all_in_range = true;
-    for (Index v = first; v < last; ++v) {
-      all_in_range &=
-          (int{is_in_range(next.last[v], largest_coordinate)} | int{next.known[v] == 0}) != 0;
-    }
-    if (!all_in_range) are_in_range.store(false, std::memory_order_relaxed);
+    if (any_large != 0) may_be_large.store(true, std::memory_order_relaxed);
   };
   mesh->workers.for_each_chunk(static_cast<Index>(n_vertices()), read_rows);
-  for (std::size_t v = 0; v < n_vertices() && !are_in_range; ++v) {
+  for (std::size_t v = 0; v < n_vertices() && may_be_large; ++v) {
+    next.known[v] = (mask.data == nullptr ? is_finite(next.last[v]) : mask[v]) ? 1 : 0;
     if (next.known[v] != 0) (void)known_row(rows, v);
   }
 }
 
-void FrameStream::Parts::finish() {
+void FrameStream::Parts::reset_diverged() {
   mesh->workers.for_each_chunk(static_cast<Index>(n_vertices()), [&](Index first, Index last) {
     for (Index v = first; v < last; ++v) {
       if (!is_in_range(next.last[v], largest_coordinate)) next.last[v] = memory.last[v];
     }
   });
-  for (std::size_t v = 0; v < next.age.size(); ++v) {
-    const Index older = memory.age[v] + (memory.age[v] < std::numeric_limits<Index>::max() ? 1 : 0);
-    next.age[v] = next.known[v] != 0 ? 0 : older;
-  }
+}
+
+void FrameStream::Parts::count_frames() {
+  mesh->workers.for_each_chunk(static_cast<Index>(n_vertices()), [&](Index first, Index last) {
+    const Index* const age = memory.age.data();
+    const std::uint8_t* const known = next.known.data();
+    Index* const next_age = next.age.data();
+    for (Index v = first; v < last; ++v) {
+      const Index older = age[v] + (age[v] < std::numeric_limits<Index>::max() ? 1 : 0);
+      next_age[v] = known[v] != 0 ? 0 : older;
+    }
+  });
   const bool is_counted = memory.n_frames < std::numeric_limits<std::size_t>::max();
   next.n_frames = memory.n_frames + (is_counted ? 1 : 0);
 }
@@ -72,8 +87,13 @@ template <class Real>
 void FrameStream::Parts::put(Points<Real> completed) const {
   mesh->workers.for_each_chunk(static_cast<Index>(n_vertices()),
                                [&, completed](Index first, Index last) {
-                                 for (Index v = first; v < last; ++v)
-                                   put_row(completed, at(v), memory.last[v]);
+                                 const Points<Real> to = completed;
+                                 const Vector3* const from = memory.last.data();
+                                 for (Index v = first; v < last; ++v) {
+                                   to(at(v), 0) = static_cast<Real>(from[v].x);
+                                   to(at(v), 1) = static_cast<Real>(from[v].y);
+                                   to(at(v), 2) = static_cast<Real>(from[v].z);
+                                 }
                                });
 }
 

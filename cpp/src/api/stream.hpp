@@ -96,7 +96,12 @@ struct FrameStream::Parts {
   void read(Points<const Real> rows, KnownMask mask);
   /// Resets vertices whose estimate has diverged to the previous frame, since a NaN would spread to
   /// later frames, and finds the ages.
-  void finish();
+  void reset_diverged();
+  void count_frames();
+  void finish() {
+    reset_diverged();
+    count_frames();
+  }
   /// The next frame becomes the last one.
   void advance() noexcept { std::swap(memory, next); }
   /// Copies the last completed frame to the caller's rows.

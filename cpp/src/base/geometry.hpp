@@ -32,9 +32,9 @@ template <class Real>
 constexpr double largest_coordinate = sizeof(Real) == 4 ? 1e18 : 1e200;
 
 inline bool is_in_range(const Vector3& v, double largest) {
-  // Without branches, since masks may be random.
-  return (int{std::abs(v.x) <= largest} & int{std::abs(v.y) <= largest} &
-          int{std::abs(v.z) <= largest}) != 0;
+  // Nearly always, one comparison is enough.
+  return std::abs(v.x) + std::abs(v.y) + std::abs(v.z) <= largest ||
+         (std::abs(v.x) <= largest && std::abs(v.y) <= largest && std::abs(v.z) <= largest);
 }
 inline bool are_in_range(Field frame, double largest = largest_coordinate<double>) {
   return std::ranges::all_of(frame, [&](const auto& v) { return is_in_range(v, largest); });

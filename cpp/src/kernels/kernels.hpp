@@ -5,7 +5,6 @@
 
 #include "kernels/dense_kernels.hpp"
 #include "kernels/mode_kernels.hpp"
-#include "kernels/motion_kernels.hpp"
 #include "kernels/rotation_kernels.hpp"
 
 namespace dynmesh {
@@ -15,7 +14,6 @@ struct Kernels {
   DenseKernels dense;
   ModeKernels modes;
   RotationKernels rotations;
-  MotionKernels motion;
 };
 
 /// Those that this processor can run, the fastest first.

@@ -1,8 +1,7 @@
-/// The estimate of the paper: a satellite moves like the known vertices of its cell (section 3,
-/// "Geometry Completion Based on Topological Characteristics").
+/// The method of the paper: a satellite moves like the known vertices of its cell (section 3).
 #pragma once
 
-#include <array>
+#include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
 #include <dynmesh/topology.hpp>
@@ -10,25 +9,24 @@
 #include <span>
 #include <vector>
 
-#include "base/geometry.hpp"
 #include "base/workers.hpp"
 #include "frame/generations.hpp"
-#include "kernels/kernels.hpp"
 
 namespace dynmesh {
 
 /// In iteration t, each satellite of generation t or less receives the mean (4) of the motions in
-/// its cell that were known before. Generations follow from where there is such a mean.
+/// its cell that were known before. Positions are double, motions and their weights `Real`.
 ///
 /// Allocates memory only in the constructor.
+template <class Real>
 class Motion {
  public:
   /// `cells` and `workers` must outlive this object. `first_frame` is frame 0. `extra_iterations`
   /// >= 0 is the number of iterations after the one that reaches the last satellite. Without
-  /// `revisit`, a satellite is estimated only once, when it is reached, and extra iterations have
+  /// `revisits`, a satellite is estimated only once, when it is reached, and extra iterations have
   /// no effect. The result does not depend on the number of threads.
-  Motion(const Cells& cells, Field first_frame, Index extra_iterations, bool revisit,
-         Workers& workers, const MotionKernels& kernels = best_kernels().motion);
+  Motion(const Cells& cells, Field first_frame, Index extra_iterations, bool revisits,
+         Workers& workers);
 
   /// Estimates the satellites of `points` from the anchors, which are the vertices with
   /// `known[v] == 1` and not 0, and from the previous completed frame, and tells the generations.
@@ -37,49 +35,40 @@ class Motion {
                        std::span<const std::uint8_t> known, Generations& generations);
 
  private:
-  /// The motion d of a vertex, times its weight w / t: that of anchors is always 1. All are 0 where
-  /// no motion is known.
-  struct alignas(4 * sizeof(double)) WeightedMotion {
-    std::array<double, 4> values;  // x, y, z and w / t, in one array so that loops use vectors
-  };
-  /// Vertices `first` to `last` - 1. The unknown ones among them are listed in `rows_` from `first`
-  /// on, and the weights s of their cells in `weights_` from where that of `first` begins.
+  /// The motion d of a vertex, times its weight w / t in iteration t, and this weight, which is 1
+  /// for anchors. All are 0 where no motion is known.
+  using Weighted = Eigen::Array<Real, 4, 1>;
+
+  /// Vertices `first` to `last` - 1. From `first` on, `satellites_` and `unknown_` list those that
+  /// were reached and those that were not. `s_` has the weights of the cells of these satellites,
+  /// from where that of `first` begins.
   struct Chunk {
     Index first;
     Index last;
+    Index reached = 0;  // satellites
+    Index before = 0;   // satellites of earlier iterations
     Index unknown = 0;
-    Index reached = 0;
+    Index weighed = 0;  // weights
   };
 
-  void begin(Chunk& chunk, Field previous, Field points, std::span<const std::uint8_t> known,
-             std::span<Index> generation);
-  [[nodiscard]] MotionRows rows_of(const Chunk& chunk) const {
-    return {cells_.offsets.data(), cells_.neighbours.data(), &rows_[chunk.first], chunk.unknown};
-  }
-  [[nodiscard]] double* weights_of(const Chunk& chunk) {
-    return weights_.data() + cells_.offsets[chunk.first];
-  }
-  /// Calls `work` for each chunk.
-  template <class Work>
-  void for_each_chunk(const Work& work) {
-    workers_.for_each(static_cast<Index>(chunks_.size()), [&](Index c) { work(chunks_[c]); });
-  }
+  void classify(Chunk& chunk, Field previous, Field points, std::span<const std::uint8_t> known,
+                std::span<Index> generation);
+  void search(Chunk& chunk, Index t, std::span<Index> generation);
+  void weigh(Chunk& chunk, Field previous);
+  void find_means(const Chunk& chunk, Index t, std::span<const Index> generation);
 
   const Cells& cells_;
   Workers& workers_;
-  const MotionKernels& kernels_;
   Index extra_iterations_;
   bool revisits_;
   double per_mean_edge_;  // 1 / h
   std::vector<Chunk> chunks_;
-  // (k,) the vertices of each chunk by the sizes of their cells, since a processor foresees the end
-  // of a loop that has always been as long: a tenth of the time.
-  std::vector<Index> order_;
-  // Of a frame:
-  std::vector<Index> rows_;
-  std::vector<double> weights_;
-  std::vector<WeightedMotion> moved_;  // (k,)
-  std::vector<WeightedMotion> means_;  // (k,) those of the iteration after it
+  std::vector<Index> order_;       // (k,) in which vertices are listed
+  std::vector<Index> satellites_;  // of a frame
+  std::vector<Index> unknown_;
+  std::vector<Real> s_;
+  std::vector<Weighted> d_;      // (k,)
+  std::vector<Weighted> means_;  // (k,) those of the next iteration
 };
 
 }  // namespace dynmesh
