@@ -93,4 +93,36 @@ std::vector<Tie> find_ties(const Topology& topology, Field first_frame, double m
   return ties;
 }
 
+std::vector<Tie> find_walls(const Topology& topology, Field first_frame, Field normals,
+                            double mean_edge, double thickness, double weight) {
+  constexpr double opposite = -0.7;  // the largest cosine between the normals of both sides
+  constexpr double behind = 0.35;    // the least cosine between a tie and the way through the wall
+  const PointTree<3> tree(arrays_of(first_frame));
+  std::vector<std::uint8_t> is_tied(first_frame.size());
+  std::vector<Tie> ties;
+  for (std::uint32_t v = 0; v < first_frame.size(); ++v) {
+    const auto is_near_tied = [&](Index other) { return is_tied[at(other)] != 0; };
+    if (std::ranges::any_of(topology.cells[v], is_near_tied)) continue;
+    double squared_nearest = mean_edge * mean_edge;
+    std::uint32_t nearest = v;
+    tree.search(array_of(first_frame[v]), squared_nearest,
+                [&](std::uint32_t other, double squared) {
+                  const auto through = first_frame[other] - first_frame[v];
+                  if (topology.component[other] == topology.component[v] &&
+                      dot(normals[v], normals[other]) < opposite &&
+                      dot(normals[v], through) < -behind * std::sqrt(squared) &&
+                      -dot(normals[v], through) < thickness * mean_edge) {
+                    squared_nearest = squared;
+                    nearest = other;
+                  }
+                  return squared_nearest;
+                });
+    if (nearest == v) continue;
+    is_tied[v] = 1;
+    const double falling = weight / (1 + squared_nearest / (mean_edge * mean_edge));
+    ties.push_back({v, nearest, falling, first_frame[v] - first_frame[nearest]});
+  }
+  return ties;
+}
+
 }  // namespace dynmesh

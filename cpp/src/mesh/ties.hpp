@@ -33,4 +33,11 @@ struct Tie {
 std::vector<Tie> find_ties(const Topology& topology, Field first_frame, double mean_edge,
                            double weight);
 
+/// Ties vertices to those of the other side of a wall that is thinner than a mean edge, well
+/// spread: the nearest vertex of the same component that lies behind it and whose normal is about
+/// the opposite. The weight falls with the distance as that of other ties. `normals` (k,) point
+/// outwards.
+std::vector<Tie> find_walls(const Topology& topology, Field first_frame, Field normals,
+                            double mean_edge, double thickness, double weight);
+
 }  // namespace dynmesh

@@ -81,6 +81,7 @@ TrackingConstants CoarseSurface::constants_of(TrackingConstants constants) const
   constants.radius /= length;
   constants.resolution /= length;
   constants.near /= length;
+  constants.wall /= length;
   constants.farthest_end /= length;
   constants.largest_scale /= std::sqrt(length);
   return constants;

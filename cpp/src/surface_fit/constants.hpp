@@ -91,6 +91,8 @@ struct TrackingConstants {
   double tie_weight = 0.3;
   double tie_departure = 0.3;
   double kept_departure = 0.9;
+  /// Walls that are thinner than this keep their thickness, which the noise of points would hide.
+  double wall = 0.5;
   /// While components move rigidly, ties weigh as much as one point and this share of the points of
   /// a component, and at first so many times more, so that all components move as one; each step
   /// divides that. They draw to the differences of frame 0 by a share of what is off.

@@ -6,8 +6,8 @@
 
 namespace dynmesh {
 
-LearnedTies::LearnedTies(const Topology& topology, Field first_frame, double mean_edge,
-                         const TrackingConstants& constants)
+LearnedTies::LearnedTies(const Topology& topology, Field first_frame, Field normals,
+                         double mean_edge, const TrackingConstants& constants)
     : constants_(constants),
       mean_edge_(mean_edge),
       ties_(find_ties(topology, first_frame, mean_edge, constants.tie_weight)) {
@@ -19,12 +19,15 @@ LearnedTies::LearnedTies(const Topology& topology, Field first_frame, double mea
     weights_.push_back(tie.weight);
   }
   n_pairs_ = numbers.size();
+  const auto walls =
+      find_walls(topology, first_frame, normals, mean_edge, constants.wall, constants.tie_weight);
+  ties_.insert(ties_.end(), walls.begin(), walls.end());
 }
 
 std::vector<double> LearnedTies::departed(Field x, Field differences,
                                           std::span<const double> departures) const {
   std::vector<double> sums(n_pairs_), counts(n_pairs_);
-  for (std::size_t t = 0; t < ties_.size(); ++t) {
+  for (std::size_t t = 0; t < pair_of_.size(); ++t) {
     const auto difference = x[ties_[t].i] - x[ties_[t].j];
     sums[pair_of_[t]] += squared_norm(differences[t] - difference);
     counts[pair_of_[t]] += 1;
@@ -39,12 +42,12 @@ std::vector<double> LearnedTies::departed(Field x, Field differences,
 std::vector<double> LearnedTies::departed(Field x, std::span<const Quaternion> q,
                                           std::span<const double> departures) const {
   std::vector<Vector3> differences;
-  for (const Tie& tie : ties_) differences.push_back(kept(tie, q));
+  for (const Tie& tie : between()) differences.push_back(kept(tie, q));
   return departed(x, differences, departures);
 }
 
 void LearnedTies::set_weights(std::span<const double> departures) {
-  for (std::size_t t = 0; t < ties_.size(); ++t) {
+  for (std::size_t t = 0; t < pair_of_.size(); ++t) {
     const double sigma = constants_.tie_departure;
     const double far = 1 + departures[pair_of_[t]] / (sigma * sigma);
     ties_[t].weight = weights_[t] / (far * far);

@@ -19,14 +19,20 @@ namespace dynmesh {
 /// estimator (Geman and McClure 1985). s^2 is the mean square by which they depart from frame 0, in
 /// squared mean edges: now, or in earlier frames, of which each counts less than the next. What
 /// moves together stays tied, and what slides or leaves is let go, as soon as its points draw it
-/// away.
+/// away. The ties of thin walls, within a component, have a fixed weight: no point tells how thick
+/// they are.
 class LearnedTies {
  public:
-  LearnedTies(const Topology& topology, Field first_frame, double mean_edge,
+  /// `normals` (k,) are those of frame 0, outwards.
+  LearnedTies(const Topology& topology, Field first_frame, Field normals, double mean_edge,
               const TrackingConstants& constants);
 
   /// Their weights are those that were set last.
-  [[nodiscard]] std::span<const Tie> ties() const { return ties_; }
+  [[nodiscard]] std::span<const Tie> all() const { return ties_; }
+  /// Those between components.
+  [[nodiscard]] std::span<const Tie> between() const {
+    return std::span(ties_).first(pair_of_.size());
+  }
   /// (pairs,) s^2 of frame 0.
   [[nodiscard]] std::vector<double> no_departures() const {
     return std::vector<double>(n_pairs_, 0.0);
@@ -36,7 +42,8 @@ class LearnedTies {
     return 0.5 * (rotated(q[tie.i], tie.kept) + rotated(q[tie.j], tie.kept));
   }
 
-  /// (pairs,) s^2 for the differences that X should have, one for each tie, after frames that left
+  /// (pairs,) s^2 for the differences that X should have, one for each tie
+  /// between components, after frames that left
   /// `departures` (pairs,).
   [[nodiscard]] std::vector<double> departed(Field x, Field differences,
                                              std::span<const double> departures) const;
@@ -50,9 +57,9 @@ class LearnedTies {
   const TrackingConstants& constants_;
   double mean_edge_;
   std::vector<Tie> ties_;
-  std::vector<double> weights_;  // tau of each tie
+  std::vector<double> weights_;  // tau of each tie between components
   std::size_t n_pairs_ = 0;
-  std::vector<std::uint32_t> pair_of_;  // of each tie
+  std::vector<std::uint32_t> pair_of_;  // of each tie between components, which are the first
 };
 
 }  // namespace dynmesh

@@ -16,21 +16,6 @@ namespace {
 /// before it: always the same ones, so that results are the same for any number of threads.
 constexpr std::size_t in_a_row = 256;
 
-/// (components,) -1 if the faces of a component are wound such that they enclose a negative volume.
-std::vector<double> find_outsides(std::span<const Triangle> faces, const Topology& topology,
-                                  Field frame, double mean_edge) {
-  std::vector<double> volumes(topology.report.components);
-  std::vector<Vector3> origins(volumes.size());
-  for (std::size_t v = frame.size(); v-- > 0;) origins[topology.component[v]] = frame[v];
-  for (const Triangle& face : faces) {
-    const Index c = topology.component[face[0]];
-    const auto arm = [&](std::size_t s) { return (1 / mean_edge) * (frame[face[s]] - origins[c]); };
-    volumes[c] += dot(arm(0), cross(arm(1), arm(2)));
-  }
-  for (double& volume : volumes) volume = volume < 0 ? -1 : 1;
-  return volumes;
-}
-
 /// So that about as many as wanted are left of them; 1 if there are no more.
 std::size_t every_nth(std::size_t points, std::size_t wanted) {
   const double spacing = static_cast<double>(points) / static_cast<double>(wanted);

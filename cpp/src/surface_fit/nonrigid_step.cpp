@@ -19,6 +19,18 @@ std::vector<double> membrane_of(std::span<const Index> component,
   return mu;
 }
 
+/// (k,) of frame 0; 0 on sheets, which have no inside.
+std::vector<Vector3> outward_normals(const ShapeModel& model, std::span<const Triangle> faces,
+                                     std::span<const Material> materials) {
+  const auto outside = find_outsides(faces, model.topology, model.first_frame, model.mean_edge);
+  auto normals = vertex_normals(faces, model.first_frame);
+  for (std::size_t v = 0; v < normals.size(); ++v) {
+    const std::size_t component = at(model.topology.component[v]);
+    normals[v] = materials[component].is_sheet ? Vector3{} : outside[component] * normals[v];
+  }
+  return normals;
+}
+
 /// The membrane of cloth holds it where it has no points, and the equations of the ensemble leave
 /// it out: residuals then do not tell what they are due to.
 AnchorNoise noise_of_points(std::span<const Material> materials) {
@@ -42,8 +54,9 @@ NonrigidStep::NonrigidStep(const ShapeModel& model, std::span<const Triangle> fa
       fit_(ShapeFit::Of::rest, topology_.cells, workers, 0, model.modes),
       error_bars_(topology_.cells, workers, has_uncertainty, noise_of_points(materials)),
       membrane_(faces, model.first_frame, model.mean_edge, system_.membrane(), workers),
-      ties_(topology_, model.first_frame, model.mean_edge, constants),
-      surface_system_(system_, model, constants, ties_.ties(), workers),
+      ties_(topology_, model.first_frame, outward_normals(model, faces, materials), model.mean_edge,
+            constants),
+      surface_system_(system_, model, constants, ties_.all(), workers),
       anchors_(model.size(), true),
       rest_(model.first_shape),
       wanted_(model.size()),
@@ -90,7 +103,7 @@ void NonrigidStep::find_forces(Field x, std::span<const Quaternion> q, double yi
   find_resistance(yields_beyond);
   system_.apply_transposed(kx_, forces_);
   membrane_.add_forces(x, forces_);
-  for (const Tie& tie : ties_.ties()) {
+  for (const Tie& tie : ties_.all()) {
     const auto force = tie.weight * (LearnedTies::kept(tie, q) - (x[tie.i] - x[tie.j]));
     forces_[tie.i] = forces_[tie.i] + force;
     forces_[tie.j] = forces_[tie.j] - force;

@@ -44,6 +44,20 @@ std::vector<Vector3> vertex_normals(std::span<const Triangle> faces, Field frame
   return normals;
 }
 
+std::vector<double> find_outsides(std::span<const Triangle> faces, const Topology& topology,
+                                  Field frame, double mean_edge) {
+  std::vector<double> volumes(topology.report.components);
+  std::vector<Vector3> origins(volumes.size());
+  for (std::size_t v = frame.size(); v-- > 0;) origins[topology.component[v]] = frame[v];
+  for (const Triangle& face : faces) {
+    const Index c = topology.component[face[0]];
+    const auto arm = [&](std::size_t s) { return (1 / mean_edge) * (frame[face[s]] - origins[c]); };
+    volumes[c] += dot(arm(0), cross(arm(1), arm(2)));
+  }
+  for (double& volume : volumes) volume = volume < 0 ? -1 : 1;
+  return volumes;
+}
+
 SurfacePlaces::SurfacePlaces(std::span<const Triangle> faces, Field frame)
     : faces_(faces),
       order_(faces.size()),

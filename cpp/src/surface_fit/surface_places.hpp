@@ -24,6 +24,11 @@ std::vector<std::uint32_t> next_sides(std::span<const Triangle> faces);
 /// 0 where that is not defined.
 std::vector<Vector3> vertex_normals(std::span<const Triangle> faces, Field frame);
 
+/// (components,) -1 if the faces of a component are wound such that they enclose a negative volume,
+/// else 1.
+std::vector<double> find_outsides(std::span<const Triangle> faces, const Topology& topology,
+                                  Field frame, double mean_edge);
+
 /// A place on a surface: the sum of the corners of a triangle times their shares, which add up to 1
 /// (barycentric coordinates).
 struct Place {

@@ -171,7 +171,7 @@ void SurfaceTracking::predict_components(const Memory& memory, Field led_to,
 /// those of frame 0, since the points of many frames may tell little of some directions.
 std::vector<Vector3> SurfaceTracking::wanted_differences(const Memory& memory) {
   std::vector<Vector3> differences;
-  for (const Tie& tie : shape_.ties().ties()) {
+  for (const Tie& tie : shape_.ties().between()) {
     const auto last = memory.last[tie.i] - memory.last[tie.j];
     const auto first = LearnedTies::kept(tie, memory.q);
     differences.push_back(last + constants_.tie_pull * (first - last));
@@ -189,13 +189,13 @@ int SurfaceTracking::approach(const Memory& memory, int fewest_iterations) {
   auto differences = wanted_differences(memory);
   const double reach = constants_.radius * model_.mean_edge;
   const auto is_near = [&](const Tie& tie) { return squared_norm(tie.kept) <= reach * reach; };
-  double stiffness = std::ranges::any_of(ties.ties(), is_near) ? constants_.first_stiffness : 1;
+  double stiffness = std::ranges::any_of(ties.between(), is_near) ? constants_.first_stiffness : 1;
   for (int step = 0; step < constants_.most_iterations; ++step) {
     const Matches::Rows& rows = matches_.find(x_, search);
     // Cloth bends while it moves, which its planes cannot tell from a rigid motion along it.
     if (all_slide_ || rows.size() < constants_.fewest) break;
     ties.set_weights(ties.departed(x_, differences, memory.departures));
-    const double moved = move_jointly(rows, ties.ties(), reach, stiffness, model_.topology,
+    const double moved = move_jointly(rows, ties.between(), reach, stiffness, model_.topology,
                                       constants_, x_, differences);
     if (stiffness == 1 && lies_still(moved)) break;
     stiffness = std::max(1.0, stiffness / constants_.stiffness_growth);

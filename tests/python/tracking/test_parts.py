@@ -231,6 +231,52 @@ def test_parts_are_let_go_where_they_move_apart_and_kept_where_not(
     assert max(last) < of_a_part
 
 
+THICKNESS = 0.36  # of the plate, in mean edges of its upper side
+
+
+def thin_plate() -> list[Part]:
+    """A curved plate with two sides, which waves."""
+    n = 45
+    grid = np.linspace(-1, 1, n)
+    x, y = (a.ravel() for a in np.meshgrid(grid, grid, indexing="ij"))
+    upper = np.column_stack([x, y, 0.3 * np.sin(2.2 * x + 0.4) * np.cos(1.7 * y)])
+    corners = np.arange(n * n).reshape(n, n)
+    a, b = corners[:-1, :-1].ravel(), corners[1:, :-1].ravel()
+    c, d = corners[1:, 1:].ravel(), corners[:-1, 1:].ravel()
+    faces = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
+    lower = upper - [0, 0, THICKNESS * edge(Mesh(faces, upper))]
+    rim = trimesh.Trimesh(upper, faces, process=False).outline().vertex_nodes
+    sides = {tuple(s) for s in faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)}
+    rim = np.array([s if tuple(s) in sides else s[::-1] for s in rim])
+    start, end = rim.T
+    wall = [
+        np.stack([end, start, start + n * n], 1),
+        np.stack([end, start + n * n, end + n * n], 1),
+    ]
+    faces = np.concatenate([faces, faces[:, ::-1] + n * n, *wall])
+
+    def moved(x: Array, frame: int) -> Array:
+        wave = 0.12 * np.sin(0.3 * frame) * np.sin(2 * x[:, 0])
+        x = x + np.stack([0 * wave, 0 * wave, wave], axis=1)
+        return turned((1, 0.5, 0), 0.02 * frame, x, np.zeros(3)) + frame * np.array([0.03, 0, 0.02])
+
+    return [Part(Mesh(faces, np.concatenate([upper, lower])), moved)]
+
+
+def test_a_thin_plate_keeps_its_thickness() -> None:
+    """Only its upper side is seen, by cameras whose noise is a seventh of its thickness."""
+    faces, frames, _ = frames_of(thin_plate)
+    k = frames.shape[1] // 2
+    mean_edge = edge(Mesh(faces[faces.max(axis=1) < k], frames[0, :k]))
+    cameras = degrade.orbit(np.stack([frames.min(axis=(0, 1)), frames.max(axis=(0, 1))]), 4)(0)
+    scans = degrade.scan_points(frames[1:], faces, cameras, points=12_000, noise=0.05)
+    tracker = Tracker(faces, frames[0])
+    for scan in scans:
+        found = tracker.push(scan.points, scan.normals, viewpoints=scan.viewpoints)
+        through = np.linalg.norm(found[:k] - found[k:], axis=1) / mean_edge
+        assert np.quantile(abs(through - THICKNESS), 0.9) < 0.1 * THICKNESS
+
+
 @pytest.mark.parametrize("share", [0.1, 0.02, 0.005, 0])
 def test_few_points_of_a_part_carry_no_other_away(share: float) -> None:
     """However few points of the cap are measured, the head stays where its own points are."""
