@@ -245,10 +245,8 @@ def thin_plate() -> list[Part]:
     c, d = corners[1:, 1:].ravel(), corners[:-1, 1:].ravel()
     faces = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
     lower = upper - [0, 0, THICKNESS * edge(Mesh(faces, upper))]
-    rim = trimesh.Trimesh(upper, faces, process=False).outline().vertex_nodes
-    sides = {tuple(s) for s in faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)}
-    rim = np.array([s if tuple(s) in sides else s[::-1] for s in rim])
-    start, end = rim.T
+    sides = {(s[i], s[(i + 1) % 3]) for s in faces.tolist() for i in range(3)}
+    start, end = np.array([side for side in sorted(sides) if side[::-1] not in sides]).T
     wall = [
         np.stack([end, start, start + n * n], 1),
         np.stack([end, start + n * n, end + n * n], 1),
@@ -268,8 +266,8 @@ def test_a_thin_plate_keeps_its_thickness() -> None:
     faces, frames, _ = frames_of(thin_plate)
     k = frames.shape[1] // 2
     mean_edge = edge(Mesh(faces[faces.max(axis=1) < k], frames[0, :k]))
-    cameras = degrade.orbit(np.stack([frames.min(axis=(0, 1)), frames.max(axis=(0, 1))]), 4)(0)
-    scans = degrade.scan_points(frames[1:], faces, cameras, points=12_000, noise=0.05)
+    cameras = losses.orbit(np.stack([frames.min(axis=(0, 1)), frames.max(axis=(0, 1))]), 4)(0)
+    scans = losses.scan_points(frames[1:], faces, cameras, points=12_000, noise=0.05)
     tracker = Tracker(faces, frames[0])
     for scan in scans:
         found = tracker.push(scan.points, scan.normals, viewpoints=scan.viewpoints)
