@@ -9,9 +9,9 @@
 #include <set>
 #include <vector>
 
-#include "api/outliers.hpp"
 #include "base/geometry.hpp"
 #include "base/overlap.hpp"
+#include "frame/outliers.hpp"
 #include "mesh/ties.hpp"
 #include "meshes.hpp"
 

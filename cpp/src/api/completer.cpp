@@ -5,17 +5,17 @@
 #include <limits>
 #include <utility>
 
-#include "api/completion_quality.hpp"
 #include "api/disconnected.hpp"
-#include "api/outliers.hpp"
 #include "api/state.hpp"
 #include "api/stream.hpp"
 #include "base/arguments.hpp"
 #include "base/default_arithmetic.hpp"
 #include "base/geometry.hpp"
 #include "base/training_frames.hpp"
+#include "frame/outliers.hpp"
 #include "mesh/leaders.hpp"
 #include "motion/motion.hpp"
+#include "quality/completion_quality.hpp"
 #include "shape/detail.hpp"
 #include "shape/memory.hpp"
 #include "shape/model.hpp"

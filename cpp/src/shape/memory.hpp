@@ -65,7 +65,7 @@ struct ErrorMemory {
   std::vector<double> standard_errors;  ///< (k,) of the last frame
 };
 
-/// Whether frame 0 fits the first frames; see api/completion_quality.hpp.
+/// Whether frame 0 fits the first frames; see quality/completion_quality.hpp.
 struct Verdict {
   static constexpr std::uint8_t fits = 0;
   static constexpr std::uint8_t is_other = 1;

@@ -1,4 +1,4 @@
-#include "api/completion_quality.hpp"
+#include "quality/completion_quality.hpp"
 
 #include <Eigen/SVD>
 #include <algorithm>
