@@ -2,6 +2,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <dynmesh/training.hpp>
 #include <limits>
@@ -109,114 +110,95 @@ TEST_CASE("modes that are too small to be seen, in mean edges or by rounding, ar
   }
 }
 
-TEST_CASE("the products are the same for every kind of processor, up to rounding") {
+TEST_CASE("modes are formed, combined and projected on, up to rounding") {
+  constexpr std::size_t slots = 32;
   const SurfaceParts parts = some_parts();
-  const std::vector<Index>& part_of = parts.parts;
-  std::vector<float> values(3 * modes_of_part * part_of.size());
-  std::mt19937 random(5);
-  std::normal_distribution<float> normal;
-  for (float& x : values) x = normal(random);
-  const ModeData data = {parts.offsets.data(), part_of.data(), values.data()};
-  const std::size_t n = modes_of_part * static_cast<std::size_t>(parts.n_parts);
+  const auto n_parts = static_cast<std::size_t>(parts.n_parts);
+  const std::vector<Index> chosen = {5, 0, 31, 17, 8};
+  const auto floats = [](std::size_t n, unsigned seed) {
+    const auto numbers = random_numbers(n, seed);
+    return std::vector<float>(numbers.begin(), numbers.end());
+  };
+  const auto shapes = floats(3 * slots * n_vertices, 6);
+  const auto factors = floats(n_parts * chosen.size() * modes_of_part, 7);
+  Workers workers(1);
+  Modes modes(parts, 3);  // in the unit 2
+  const std::size_t n = modes.n_coefficients();
+  modes.form({shapes, chosen, factors}, n, workers);
   const auto field = random_field(n_vertices, 2);
-  const auto given = random_numbers(n + n_vertices, 4);
-  const std::vector<float> coefficients(given.begin(), given.begin() + n);
-  const std::vector<double> weights(given.begin() + n, given.end());
+  const auto coefficients = random_numbers(n, 4);
+  const auto weights = random_numbers(n_vertices, 5);
 
   // The sums in double precision.
   std::vector<Vector3> combined(n_vertices);
-  std::vector<double> projected(n);
-  std::vector<double> squares(n);
-  constexpr Index first = 3;
-  constexpr Index last = 250;
-  for (Index v = first; v < last; ++v) {
+  std::vector<double> projected(n), squares(n);
+  for (std::size_t v = 0; v < n_vertices; ++v) {
     for (Index e = parts.offsets[v]; e < parts.offsets[v + 1]; ++e) {
+      const auto part = static_cast<std::size_t>(parts.parts[e]);
       for (std::size_t j = 0; j < modes_of_part; ++j) {
-        const float* mode = &values[3 * modes_of_part * e + j];
-        const Vector3 b = {mode[0], mode[modes_of_part], mode[2 * modes_of_part]};
-        const std::size_t c = modes_of_part * part_of[e] + j;
-        combined[v] = combined[v] + static_cast<double>(coefficients[c]) * b;
-        projected[c] += b.x * field[v].x + b.y * field[v].y + b.z * field[v].z;
-        squares[c] += weights[v] * squared_norm(b);
+        double b[3] = {};
+        for (std::size_t l = 0; l < chosen.size(); ++l) {
+          for (std::size_t c = 0; c < 3; ++c) {
+            b[c] += 2 * parts.weights[e] *
+                    shapes[(3 * v + c) * slots + static_cast<std::size_t>(chosen[l])] *
+                    factors[(part * chosen.size() + l) * modes_of_part + j];
+          }
+        }
+        const Vector3 mode = {b[0], b[1], b[2]};
+        const std::size_t i = modes_of_part * part + j;
+        combined[v] = combined[v] + coefficients[i] * mode;
+        projected[i] += dot(mode, field[v]);
+        squares[i] += weights[v] * squared_norm(mode);
       }
     }
   }
-  for (const Kernels& level : runnable_kernels()) {
-    const ModeKernels& kernels = level.modes;
-    constexpr double untouched = 7;
-    std::vector<Vector3> of_level(n_vertices, {untouched, untouched, untouched});
-    kernels.combine(data, coefficients.data(), of_level.data(), first, last);
-    for (Index v = 0; v < static_cast<Index>(n_vertices); ++v) {
-      const bool is_inside = v >= first && v < last;
-      const Vector3 expected = is_inside ? combined[v] : Vector3{untouched, untouched, untouched};
-      CHECK(squared_norm(of_level[v] - expected) < 1e-8);
-    }
-    std::vector<float> sums(n, 1);
-    kernels.project(data, field.data(), nullptr, sums.data(), nullptr, first, last);
-    for (std::size_t c = 0; c < n; ++c) {
-      CHECK(sums[c] == doctest::Approx(1 + projected[c]).epsilon(1e-4));
-    }
-    std::ranges::fill(sums, 1.0F);
-    std::vector<float> sums_of_squares(n, 1);
-    kernels.project(data, field.data(), weights.data(), sums.data(), sums_of_squares.data(), first,
-                    last);
-    for (std::size_t c = 0; c < n; ++c) {
-      CHECK(sums[c] == doctest::Approx(1 + projected[c]).epsilon(1e-4));
-      CHECK(sums_of_squares[c] == doctest::Approx(1 + squares[c]).epsilon(1e-4));
-    }
+  ModeSums sums(n_vertices, n);
+  std::vector<Vector3> found(n_vertices);
+  modes.combine(coefficients, found, sums, workers);
+  for (std::size_t v = 0; v < n_vertices; ++v) {
+    CHECK(squared_norm(found[v] - combined[v]) < 1e-7);
+  }
+  std::vector<double> alone(n), projections(n), found_squares(n);
+  modes.project(field, alone, {}, {}, sums, workers);
+  modes.project(field, projections, weights, found_squares, sums, workers);
+  CHECK(alone == projections);
+  for (std::size_t i = 0; i < n; ++i) {
+    CHECK(projections[i] == doctest::Approx(projected[i]).epsilon(1e-4).scale(100));
+    CHECK(found_squares[i] == doctest::Approx(squares[i]).epsilon(1e-4).scale(100));
   }
 }
 
-TEST_CASE("all kernels form modes and multiply shapes") {
-  constexpr std::size_t slots = 32;
+TEST_CASE("the modes of a part are those of the weighted products of shapes") {
   const SurfaceParts parts = some_parts();
-  const std::vector<Index>& part_of = parts.parts;
-  const std::vector<float> weights(parts.weights.begin(), parts.weights.end());
-  const auto n_parts = static_cast<std::size_t>(parts.n_parts);
-  const auto given = random_numbers(3 * slots * n_vertices + n_parts * slots * modes_of_part, 6);
-  const auto end_of_shapes = given.begin() + 3 * slots * n_vertices;
-  std::vector<float> shapes(given.begin(), end_of_shapes);
-  std::vector<float> factors(end_of_shapes, given.end());
-  const std::vector<Index> chosen = {5, 0, 31, 17, 8};
-  const ModeData entries = {parts.offsets.data(), part_of.data(), nullptr};
-  const ShapeData data = {shapes.data(), slots, weights.data()};
-  const CombinationData combination = {chosen.data(), static_cast<Index>(chosen.size()),
-                                       factors.data()};
-  const auto shape = [&](std::size_t v, std::size_t c, Index slot) {
-    return static_cast<double>(shapes[(3 * v + c) * slots + static_cast<std::size_t>(slot)]);
+  const auto shapes = random_field(n_vertices * n_frames, 3);
+  const auto shape = [&](std::size_t n, std::size_t v) { return shapes[v * n_frames + n]; };
+  Workers workers(1);
+  Modes modes(parts, 1);
+  ShapeLibrary library(modes, n_frames, 1, 0, workers);
+  for (std::size_t n = 0; n < n_frames; ++n) {
+    library.add([&](std::size_t v) { return shape(n, v); });
+  }
+  library.make(modes);
+  const std::size_t n = modes.n_coefficients();
+  ModeSums sums(n_vertices, n);
+  // With the eigenvectors U and the eigenvalues of a part, the products B^T z with all shapes z are
+  // U times the eigenvalues, so that those of different modes are orthogonal.
+  std::vector<std::vector<double>> of_shapes;
+  std::vector<Vector3> z(n_vertices);
+  for (std::size_t l = 0; l < n_frames; ++l) {
+    for (std::size_t v = 0; v < n_vertices; ++v) z[v] = shape(l, v);
+    modes.project(z, of_shapes.emplace_back(n), {}, {}, sums, workers);
+  }
+  const auto product = [&](std::size_t i, std::size_t j) {
+    double sum = 0;
+    for (const auto& products : of_shapes) sum += products[i] * products[j];
+    return sum;
   };
-  constexpr Index first = 3;
-  constexpr Index last = 250;
-  constexpr Index slot = 17;
-  for (const Kernels& level : runnable_kernels()) {
-    std::vector<float> values(3 * modes_of_part * part_of.size(), 7);
-    level.modes.form(entries, data, combination, values.data(), first, last);
-    std::vector<double> sums(n_parts * slots, 1);
-    level.modes.add_products(entries, data, slot, sums.data(), first, last);
-    std::vector<double> products(n_parts * slots, 1);
-    for (std::size_t v = 0; v < n_vertices; ++v) {
-      const bool is_inside = v >= first && v < last;
-      for (Index e = parts.offsets[v]; e < parts.offsets[v + 1]; ++e) {
-        const auto part = static_cast<std::size_t>(part_of[e]);
-        for (std::size_t c = 0; c < 3; ++c) {
-          for (std::size_t j = 0; j < modes_of_part; ++j) {
-            double expected = 0;
-            for (std::size_t l = 0; l < chosen.size(); ++l) {
-              expected += weights[e] * shape(v, c, chosen[l]) *
-                          factors[(part * chosen.size() + l) * modes_of_part + j];
-            }
-            if (!is_inside) expected = 7;
-            const float found = values[(3 * e + c) * modes_of_part + j];
-            REQUIRE(found == doctest::Approx(expected).epsilon(1e-5));
-          }
-          for (Index l = 0; is_inside && l < static_cast<Index>(slots); ++l) {
-            products[part * slots + l] += weights[e] * shape(v, c, slot) * shape(v, c, l);
-          }
-        }
-      }
-    }
-    for (std::size_t i = 0; i < products.size(); ++i) {
-      CHECK(sums[i] == doctest::Approx(products[i]).epsilon(1e-12));
+  for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t j = i / modes_of_part * modes_of_part; j < i; ++j) {
+      CHECK(product(i, i) > 0);
+      CHECK(product(i, i) <= product(j, j) * (1 + 1e-4));
+      CHECK(std::abs(product(i, j)) < 1e-4 * std::sqrt(product(i, i) * product(j, j)));
     }
   }
 }

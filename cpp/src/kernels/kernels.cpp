@@ -11,12 +11,11 @@ static_assert(std::endian::native == std::endian::little,
 static_assert(sizeof(void*) == 8, "dynmesh requires a 64-bit processor");
 
 // The files that define these are compiled once for each name: see lanes.hpp.
-#define DYNMESH_DECLARE_KERNELS(name)                                                  \
-  namespace name {                                                                     \
-  extern const DenseKernels dense_kernels;                                             \
-  extern const ModeKernels mode_kernels;                                               \
-  extern const RotationKernels rotation_kernels;                                       \
-  static Kernels kernels() { return {dense_kernels, mode_kernels, rotation_kernels}; } \
+#define DYNMESH_DECLARE_KERNELS(name)                                    \
+  namespace name {                                                       \
+  extern const DenseKernels dense_kernels;                               \
+  extern const RotationKernels rotation_kernels;                         \
+  static Kernels kernels() { return {dense_kernels, rotation_kernels}; } \
   }
 #ifdef DYNMESH_X86_64
 DYNMESH_DECLARE_KERNELS(avx2)

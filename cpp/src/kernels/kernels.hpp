@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "kernels/dense_kernels.hpp"
-#include "kernels/mode_kernels.hpp"
 #include "kernels/rotation_kernels.hpp"
 
 namespace dynmesh {
@@ -12,7 +11,6 @@ namespace dynmesh {
 /// All inner loops for one kind of processor.
 struct Kernels {
   DenseKernels dense;
-  ModeKernels modes;
   RotationKernels rotations;
 };
 

@@ -1,6 +1,8 @@
 #include "shape/modes.hpp"
 
+#include <array>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 #include "base/shortest_paths.hpp"
@@ -8,6 +10,9 @@
 
 namespace dynmesh {
 namespace {
+
+/// A number for each mode of a part.
+using ModeNumbers = std::array<float, modes_of_part>;
 
 /// Farthest-point sampling. There are fewer seeds if all vertices coincide with one.
 std::vector<std::size_t> seeds_of(Field frame, Index n_seeds) {
@@ -91,24 +96,51 @@ Modes::Modes(SurfaceParts parts, double mean_edge)
       unit_(std::exp2(std::ilogb(mean_edge))),
       values_(3 * modes_of_part * parts_.parts.size()) {}
 
-void Modes::form(const ShapeData& shapes, const CombinationData& combinations, std::size_t size,
-                 Workers& workers) {
-  const auto k = static_cast<Index>(parts_.size());
-  workers.for_each_short_chunk(k, [&](Index first, Index last) {
-    best_kernels().modes.form(data(), shapes, combinations, values_.data(), first, last);
+void Modes::form(const ModeFactors& combinations, std::size_t size, Workers& workers) {
+  const std::size_t n = combinations.slots.size();
+  const std::size_t slots = combinations.shapes.size() / 3 / parts_.size();
+  workers.for_each_in_chunks(parts_.size(), [&](std::size_t v) {
+    const float* shapes = &combinations.shapes[3 * slots * v];
+    for (Index e = parts_.offsets[v]; e < parts_.offsets[v + 1]; ++e) {
+      ModeNumbers sums[3] = {};
+      const float* factors = &combinations.factors[modes_of_part * n * at(parts_.parts[e])];
+      for (const Index slot : combinations.slots) {
+        for (std::size_t c = 0; c < 3; ++c) {
+          const float number = shapes[c * slots + at(slot)];
+          for (std::size_t j = 0; j < modes_of_part; ++j) sums[c][j] += number * factors[j];
+        }
+        factors += modes_of_part;
+      }
+      const auto weight = static_cast<float>(parts_.weights[e]);
+      float* mode = &values_[3 * modes_of_part * at(e)];
+      for (const ModeNumbers& of_axis : sums) {
+        for (const float sum : of_axis) *mode++ = weight * sum;
+      }
+    }
   });
   size_ = size;
-  n_frames_ = at(combinations.n_slots);
+  n_frames_ = n;
 }
 
 void Modes::combine(std::span<const double> coefficients, std::span<Vector3> combined,
                     ModeSums& sums, Workers& workers) const {
   std::ranges::transform(coefficients, sums.coefficients.begin(),
                          [](double a) { return static_cast<float>(a); });
-  const auto k = static_cast<Index>(combined.size());
-  workers.for_each_short_chunk(k, [&](Index first, Index last) {
-    best_kernels().modes.combine(data(), sums.coefficients.data(), combined.data(), first, last);
-    for (Index v = first; v < last; ++v) combined[v] = unit_ * combined[v];
+  workers.for_each_in_chunks(combined.size(), [&](std::size_t v) {
+    ModeNumbers products[3] = {};
+    for (Index e = parts_.offsets[v]; e < parts_.offsets[v + 1]; ++e) {
+      const float* mode = &values_[3 * modes_of_part * at(e)];
+      const float* a = &sums.coefficients[modes_of_part * at(parts_.parts[e])];
+      for (std::size_t c = 0; c < 3; ++c) {
+        for (std::size_t j = 0; j < modes_of_part; ++j) {
+          products[c][j] += a[j] * mode[modes_of_part * c + j];
+        }
+      }
+    }
+    const auto sum_of = [](const ModeNumbers& numbers) {
+      return std::accumulate(numbers.begin(), numbers.end(), 0.0);
+    };
+    combined[v] = unit_ * Vector3{sum_of(products[0]), sum_of(products[1]), sum_of(products[2])};
   });
 }
 
@@ -116,8 +148,25 @@ void Modes::project(Field field, std::span<double> projected, std::span<const do
                     std::span<double> squares, ModeSums& sums, Workers& workers) const {
   const std::size_t n = n_coefficients_;
   const auto add = [&](float* partial, Index first, Index last) {
-    best_kernels().modes.project(data(), field.data(), weights.data(), partial, partial + n, first,
-                                 last);
+    for (Index v = first; v < last; ++v) {
+      const float at_v[3] = {static_cast<float>(field[at(v)].x), static_cast<float>(field[at(v)].y),
+                             static_cast<float>(field[at(v)].z)};
+      const float weight = weights.empty() ? 0.0F : static_cast<float>(weights[at(v)]);
+      for (Index e = parts_.offsets[at(v)]; e < parts_.offsets[at(v) + 1]; ++e) {
+        const float* x = &values_[3 * modes_of_part * at(e)];
+        const float* y = x + modes_of_part;
+        const float* z = y + modes_of_part;
+        float* sum = partial + modes_of_part * parts_.parts[e];
+        for (std::size_t j = 0; j < modes_of_part; ++j) {
+          sum[j] += at_v[0] * x[j] + at_v[1] * y[j] + at_v[2] * z[j];
+        }
+        if (weights.empty()) continue;
+        float* square = sum + n;
+        for (std::size_t j = 0; j < modes_of_part; ++j) {
+          square[j] += weight * (x[j] * x[j] + y[j] * y[j] + z[j] * z[j]);
+        }
+      }
+    }
   };
   const auto found = sums.of_vertices.find(weights.empty() ? n : 2 * n, workers, add);
   for (std::size_t j = 0; j < n; ++j) projected[j] = unit_ * found[j];

@@ -10,10 +10,12 @@
 
 #include "base/geometry.hpp"
 #include "base/workers.hpp"
-#include "kernels/kernels.hpp"
 #include "shape/constants.hpp"
 
 namespace dynmesh {
+
+/// The number of modes of a part. Parts with fewer modes are filled up with zeros.
+constexpr int modes_of_part = 16;
 
 /// The parts that hold each vertex, with weights. Vertex i has the entries offsets[i] to
 /// offsets[i + 1] - 1. Part 0 is global: it holds every vertex with weight 1. The weights of the
@@ -83,6 +85,14 @@ struct ModeSums {
   VertexSums<float> of_vertices;  ///< one or two for each coefficient
 };
 
+/// Modes as combinations of shapes: mode j of part p is the sum over l of the shape in `slots[l]`
+/// times factors[(p * n + l) * modes_of_part + j], and times the weights of the part.
+struct ModeFactors {
+  std::span<const float> shapes;   ///< of each vertex, x of all slots, then y, then z
+  std::span<const Index> slots;    ///< (n,)
+  std::span<const float> factors;  ///< (parts, n, modes_of_part)
+};
+
 /// A shape, as a field of detail in the axes of frame 0, is m_0 + B a. The columns of B are modes,
 /// up to 16 for each part; a coefficient of one is a standard deviation over the training sequence.
 ///
@@ -95,9 +105,8 @@ class Modes {
   /// None yet, to be set by `form`.
   Modes(SurfaceParts parts, double mean_edge);
 
-  /// Sets `size` modes to combinations of shapes, which are in `unit()`.
-  void form(const ShapeData& shapes, const CombinationData& combinations, std::size_t size,
-            Workers& workers);
+  /// Sets the modes, of which `size` are not 0, to combinations of shapes, which are in `unit()`.
+  void form(const ModeFactors& combinations, std::size_t size, Workers& workers);
 
   [[nodiscard]] const SurfaceParts& parts() const { return parts_; }
   /// A power of two near the mean edge length.
@@ -117,16 +126,14 @@ class Modes {
                std::span<double> squares, ModeSums& sums, Workers& workers) const;
 
  private:
-  [[nodiscard]] ModeData data() const {
-    return {parts_.offsets.data(), parts_.parts.data(), values_.data()};
-  }
-
   SurfaceParts parts_;
   std::size_t size_ = 0;
   std::size_t n_coefficients_ = 0;
   std::size_t n_frames_ = 0;
   double unit_ = 1;
-  std::vector<float> values_;  // in this unit, so that their squares are in the range of float
+  // Of each entry of the parts, x of all modes, then y, then z, in this unit, so that their squares
+  // are in the range of float.
+  std::vector<float> values_;
 };
 
 }  // namespace dynmesh

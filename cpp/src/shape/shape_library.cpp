@@ -2,7 +2,9 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <dynmesh/training.hpp>
 #include <limits>
 #include <numeric>
 
@@ -19,6 +21,10 @@ namespace {
 // A completer that learns allocates no memory.
 static_assert(training_constants.most_learned <= largest_without_memory);
 
+/// For so many shapes, and one more: a multiple of four.
+constexpr std::size_t slots_for(std::size_t most) { return (most + 4) / 4 * 4; }
+constexpr std::size_t most_slots = slots_for(Training<double>::most_frames);
+
 constexpr int most_fits = 100;
 constexpr double settled = 1e-9;  // of the components of a quaternion
 
@@ -34,10 +40,9 @@ ShapeLibrary::ShapeLibrary(const Modes& modes, std::size_t most, double mean_edg
     : workers_(workers),
       parts_(modes.parts()),
       most_(most),
-      slots_((most + 4) / 4 * 4),
+      slots_(slots_for(most)),
       n_parts_(at(parts_.n_parts)),
       unit_(modes.unit()),
-      weights_(parts_.weights.begin(), parts_.weights.end()),
       of_parts_(n_parts_),
       rows_(3 * slots_ * parts_.size()),
       products_(n_parts_ * slots_ * slots_),
@@ -54,13 +59,27 @@ ShapeLibrary::ShapeLibrary(const Modes& modes, std::size_t most, double mean_edg
   std::iota(order_.begin(), order_.end(), 0);
 }
 
-/// Computes the products of the shape in this slot with all others.
+/// Computes the products of the shape in this slot with all others. They are exact sums of three
+/// products of floats, up to the rounding of doubles, and the same whichever of two shapes is in
+/// the slot.
 void ShapeLibrary::multiply(Index slot) {
-  const ModeData entries = {parts_.offsets.data(), parts_.parts.data(), nullptr};
-  const auto sums =
-      sums_.find(n_parts_ * slots_, workers_, [&](double* of_chunk, Index first, Index last) {
-        best_kernels().modes.add_products(entries, shapes(), slot, of_chunk, first, last);
-      });
+  const auto add = [&](double* of_chunk, Index first, Index last) {
+    std::array<double, most_slots> products{};
+    for (Index v = first; v < last; ++v) {
+      const float* shapes = &rows_[3 * slots_ * at(v)];
+      std::ranges::fill(products, 0.0);
+      for (std::size_t c = 0; c < 3; ++c, shapes += slots_) {
+        const auto one = static_cast<double>(shapes[slot]);
+        for (std::size_t l = 0; l < slots_; ++l)
+          products[l] += one * static_cast<double>(shapes[l]);
+      }
+      for (Index e = parts_.offsets[at(v)]; e < parts_.offsets[at(v) + 1]; ++e) {
+        double* sums = of_chunk + slots_ * at(parts_.parts[e]);
+        for (std::size_t l = 0; l < slots_; ++l) sums[l] += parts_.weights[e] * products[l];
+      }
+    }
+  };
+  const auto sums = sums_.find(n_parts_ * slots_, workers_, add);
   for (std::size_t i = 0; i < sums.size(); ++i) {
     const std::size_t other = i % slots_;
     const std::size_t first = i - other;  // of the part
@@ -92,8 +111,7 @@ void ShapeLibrary::release_least_needed() {
 void ShapeLibrary::make(Modes& modes) {
   std::size_t size = 0;
   for (std::size_t part = 0; part < n_parts_; ++part) size += find_modes(part);
-  modes.form(shapes(), {order_.data(), static_cast<Index>(n_members_), factors_.data()}, size,
-             workers_);
+  modes.form({rows_, std::span(order_).first(n_members_), factors_}, size, workers_);
 }
 
 /// Finds the leading eigenvectors of the products of a part, as combinations of the shapes. Those

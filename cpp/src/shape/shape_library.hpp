@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "base/workers.hpp"
-#include "kernels/kernels.hpp"
 #include "shape/memory.hpp"
 #include "shape/model.hpp"
 #include "shape/modes.hpp"
@@ -65,18 +64,14 @@ class ShapeLibrary {
   }
   std::size_t find_modes(std::size_t part);
   void release_least_needed();
-  [[nodiscard]] ShapeData shapes() const {
-    return {rows_.data(), static_cast<Index>(slots_), weights_.data()};
-  }
 
   Workers& workers_;
   const SurfaceParts& parts_;
   std::size_t most_;
-  std::size_t slots_;  // a multiple of four
+  std::size_t slots_;
   std::size_t n_parts_;
   double unit_;                           // of the modes, so that squares are in the range of float
   double least_eigenvalue_;               // of a shape and a vertex
-  std::vector<float> weights_;            // of the entries of the parts
   std::vector<double> of_parts_;          // the sums of the weights of each part
   std::vector<float> rows_;               // of each vertex, x of all slots, then y, then z
   std::vector<double> products_;          // (n_parts, slots, slots)
