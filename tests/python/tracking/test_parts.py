@@ -256,7 +256,8 @@ def thin_plate() -> list[Part]:
     def moved(x: Array, frame: int) -> Array:
         wave = 0.12 * np.sin(0.3 * frame) * np.sin(2 * x[:, 0])
         x = x + np.stack([0 * wave, 0 * wave, wave], axis=1)
-        return turned((1, 0.5, 0), 0.02 * frame, x, np.zeros(3)) + frame * np.array([0.03, 0, 0.02])
+        x = turned((1, 0.5, 0), 0.02 * frame, x, np.zeros(3))
+        return np.asarray(x + frame * np.array([0.03, 0, 0.02]))
 
     return [Part(Mesh(faces, np.concatenate([upper, lower])), moved)]
 
