@@ -77,11 +77,6 @@ class DYNMESH_EXPORT Completer : public FrameStream {
   /// The report of the last frame, which may be read at any time. Before the first frame, all
   /// vertices count as known.
   [[nodiscard]] FrameReport report() const;
-
- private:
-  struct Parts;
-
-  [[nodiscard]] Parts& parts() const;
 };
 
 }  // namespace dynmesh

@@ -11,7 +11,7 @@
 
 namespace dynmesh {
 
-struct StreamMesh;
+struct Stream;
 
 /// One sequence of frames of one mesh. One that was moved from may only be destroyed or assigned
 /// to.
@@ -60,22 +60,14 @@ class DYNMESH_EXPORT FrameStream {
   [[nodiscard]] std::span<const Index> age() const;
 
  protected:
-  struct Parts;
-
-  FrameStream();
+  explicit FrameStream(std::unique_ptr<Stream> stream);
   ~FrameStream();
   FrameStream(const FrameStream&) = delete;
   FrameStream& operator=(const FrameStream&) = delete;
   FrameStream(FrameStream&&) noexcept;
   FrameStream& operator=(FrameStream&&) noexcept;
 
-  /// Begins the first sequence. Constructors call it once.
-  void begin(std::unique_ptr<Parts> first);
-  /// Begins another one.
-  void replace(std::unique_ptr<Parts> sequence) noexcept;
-
-  std::shared_ptr<StreamMesh> mesh_;  // what no sequence replaces
-  std::unique_ptr<Parts> parts_;
+  std::unique_ptr<Stream> stream_;
 };
 
 }  // namespace dynmesh

@@ -135,11 +135,6 @@ class DYNMESH_EXPORT Tracker : public FrameStream {
   /// in the order of the call. A point of a scan counts for the viewpoint that its normal turns to
   /// most. Empty before the first frame and after `restore`.
   [[nodiscard]] std::span<const Agreement> agreement_of_sensors() const;
-
- private:
-  struct Parts;
-
-  [[nodiscard]] Parts& parts() const;
 };
 
 }  // namespace dynmesh

@@ -32,7 +32,7 @@ class Recovery {
   using Frame = std::vector<Vector3>;
 
   /// `mesh` and `first_frame` must outlive this object.
-  Recovery(StreamMesh& mesh, const Frame& first_frame, bool is_wanted)
+  Recovery(Stream& mesh, const Frame& first_frame, bool is_wanted)
       : mesh_(mesh), is_wanted_(is_wanted), first_(first_frame) {}
 
   /// What is remembered of frame 0.
@@ -126,7 +126,7 @@ class Recovery {
   // the first pause lasts until a frame is good.
   static constexpr std::uint8_t until_good = 255;
 
-  StreamMesh& mesh_;
+  Stream& mesh_;
   bool is_wanted_;
   const Frame& first_;
 };

@@ -8,6 +8,7 @@
 #include <type_traits>
 
 #include "api/settings_table.hpp"
+#include "api/stream.hpp"
 #include "base/checks.hpp"
 
 namespace dynmesh {
@@ -42,23 +43,23 @@ std::string text_of(double number) {
 /// Calls `visit(value, why)` for each number that must agree between the stream that wrote a state
 /// and the one that reads it. `why(found)` says what is wrong if another value was found.
 template <class Settings, class Visit>
-void for_each_trait(const StateKind& kind, const StreamMesh& mesh, const Settings& settings,
+void for_each_trait(const StateKind& kind, const Stream& stream, const Settings& settings,
                     const Visit& visit) {
   const std::uint64_t real_size = kind.real_size;
   visit(real_size, [&](std::uint64_t found) {
     return joined("has ", 8 * found, "-bit positions, but this ", kind.name, " has ", 8 * real_size,
                   "-bit ones");
   });
-  const std::uint64_t n_vertices = mesh.topology.cells.size();
+  const std::uint64_t n_vertices = stream.topology.cells.size();
   visit(n_vertices, [&](std::uint64_t found) {
     return joined("belongs to a mesh of ", found, " vertices, but this mesh has ", n_vertices);
   });
-  visit(hash_of(std::as_bytes(std::span(mesh.faces))), [](std::uint64_t) {
+  visit(hash_of(std::as_bytes(std::span(stream.faces))), [](std::uint64_t) {
     return "of a mesh with other faces, or with the same in another order or turned over";
   });
-  visit(mesh.training_hash, [&](std::uint64_t found) {
+  visit(stream.training_hash, [&](std::uint64_t found) {
     const auto which =
-        mesh.training_hash == 0 ? " with training" : " with another training sequence";
+        stream.training_hash == 0 ? " with training" : " with another training sequence";
     return joined("of a ", kind.name, found == 0 ? " without training" : which);
   });
   for_each_setting<Settings>([&]<class Value>(const Setting& setting, Value Settings::*member,
@@ -76,16 +77,16 @@ void for_each_trait(const StateKind& kind, const StreamMesh& mesh, const Setting
 }  // namespace
 
 template <class Settings>
-void write_head(Writer& writer, const StateKind& kind, const StreamMesh& mesh,
+void write_head(Writer& writer, const StateKind& kind, const Stream& stream,
                 const Settings& settings) {
   writer.write(std::span<const char>(kind.format));
-  for_each_trait(kind, mesh, settings, [&](std::uint64_t value, auto) { writer.write(value); });
+  for_each_trait(kind, stream, settings, [&](std::uint64_t value, auto) { writer.write(value); });
 }
 
 template <class Settings>
-Reader read_head(std::span<const std::byte> state, const StateKind& kind, const StreamMesh& mesh,
+Reader read_head(std::span<const std::byte> state, const StateKind& kind, const Stream& stream,
                  const Settings& settings) {
-  const std::size_t size = mesh.state_size;
+  const std::size_t size = stream.state_size;
   Reader reader(state);
   StateFormat format{};
   reader.read(std::span<char>(format));
@@ -97,7 +98,7 @@ Reader read_head(std::span<const std::byte> state, const StateKind& kind, const 
                  ", but dynmesh " DYNMESH_VERSION " reads format " + kind.format.back() +
                  "; create the " + kind.name + " anew");
   }
-  for_each_trait(kind, mesh, settings, [&](std::uint64_t value, const auto& why) {
+  for_each_trait(kind, stream, settings, [&](std::uint64_t value, const auto& why) {
     const auto found = reader.read<std::uint64_t>();
     if (found != value) refuse_state(why(found));
   });
@@ -111,11 +112,11 @@ Reader read_head(std::span<const std::byte> state, const StateKind& kind, const 
   return reader;
 }
 
-template void write_head(Writer&, const StateKind&, const StreamMesh&, const Settings&);
-template void write_head(Writer&, const StateKind&, const StreamMesh&, const TrackerSettings&);
-template Reader read_head(std::span<const std::byte>, const StateKind&, const StreamMesh&,
+template void write_head(Writer&, const StateKind&, const Stream&, const Settings&);
+template void write_head(Writer&, const StateKind&, const Stream&, const TrackerSettings&);
+template Reader read_head(std::span<const std::byte>, const StateKind&, const Stream&,
                           const Settings&);
-template Reader read_head(std::span<const std::byte>, const StateKind&, const StreamMesh&,
+template Reader read_head(std::span<const std::byte>, const StateKind&, const Stream&,
                           const TrackerSettings&);
 
 }  // namespace dynmesh

@@ -13,33 +13,38 @@
 
 namespace dynmesh {
 
-StreamMesh::StreamMesh(Faces mesh_faces, std::size_t n_vertices, Index threads,
-                       const TaskSharing& sharing, TrainingFrames training_frames)
-    : training(std::move(training_frames)),
+Stream::Stream(Faces mesh_faces, std::size_t n_vertices, Index threads, const TaskSharing& sharing,
+               const Coordinates& given, TrainingFrames training_frames)
+    : coordinates(given),
+      training(std::move(training_frames)),
       topology(checked_topology(mesh_faces, n_vertices)),
       faces(triangles_of(mesh_faces)),
-      workers(threads, sharing) {
+      workers(threads, sharing),
+      memory({}),
+      next({}) {
   for (const auto& frame : training) {
     training_hash = training_hash * 31 + (hash_of(std::as_bytes(std::span(frame))) | 1);
   }
 }
 
-FrameStream::Parts::Parts(std::shared_ptr<StreamMesh> of_all, std::shared_ptr<StreamSolver> solver,
-                          double largest)
-    : mesh(std::move(of_all)),
-      shared_solver(std::move(solver)),
-      largest_coordinate(largest),
-      memory(first_frame()),
-      next(memory) {}
+static_assert(std::is_nothrow_swappable_v<Memory>);
+
+void Stream::begin(Memory& begun, Memory& spare, std::vector<float>& errors) noexcept {
+  std::swap(memory, begun);
+  std::swap(next, spare);
+  std::swap(rounded_errors, errors);
+  of_sensors.clear();
+  round_errors();
+}
 
 template <class Real>
-void FrameStream::Parts::read(Points<const Real> rows, KnownMask mask) {
+void Stream::read(Points<const Real> rows, KnownMask mask) {
   std::atomic<bool> may_be_large{false};
   // Loops without branches, since masks may be random, on local variables, which no write changes.
   const auto read_rows = [&, rows, mask](Index first, Index last) {
     const auto given = rows;
     const auto given_mask = mask;
-    const double largest = largest_coordinate;
+    const double largest = coordinates.largest;
     Vector3* const points = next.last.data();
     std::uint8_t* const known = next.known.data();
     for (Index v = first; v < last; ++v) points[v] = row(given, at(v));
@@ -54,63 +59,63 @@ void FrameStream::Parts::read(Points<const Real> rows, KnownMask mask) {
     }
     if (any_large != 0) may_be_large.store(true, std::memory_order_relaxed);
   };
-  mesh->workers.for_each_chunk(static_cast<Index>(n_vertices()), read_rows);
+  workers.for_each_chunk(static_cast<Index>(n_vertices()), read_rows);
   for (std::size_t v = 0; v < n_vertices() && may_be_large; ++v) {
     next.known[v] = (mask.data == nullptr ? is_finite(next.last[v]) : mask[v]) ? 1 : 0;
     if (next.known[v] != 0) (void)known_row(rows, v);
   }
 }
 
-void FrameStream::Parts::reset_diverged() {
-  mesh->workers.for_each_chunk(static_cast<Index>(n_vertices()), [&](Index first, Index last) {
+void Stream::reset_diverged(Field previous, std::span<Vector3> completed) {
+  workers.for_each_chunk(static_cast<Index>(n_vertices()), [&](Index first, Index last) {
     for (Index v = first; v < last; ++v) {
-      if (!is_in_range(next.last[v], largest_coordinate)) next.last[v] = memory.last[v];
+      if (!is_in_range(completed[v], coordinates.largest)) completed[v] = previous[v];
     }
   });
 }
 
-void FrameStream::Parts::count_frames() {
-  mesh->workers.for_each_chunk(static_cast<Index>(n_vertices()), [&](Index first, Index last) {
-    const Index* const age = memory.age.data();
-    const std::uint8_t* const known = next.known.data();
-    Index* const next_age = next.age.data();
-    for (Index v = first; v < last; ++v) {
+void Stream::count_frames(const Memory& last, Memory& following) {
+  workers.for_each_chunk(static_cast<Index>(n_vertices()), [&](Index begin, Index end) {
+    const Index* const age = last.age.data();
+    const std::uint8_t* const known = following.known.data();
+    Index* const next_age = following.age.data();
+    for (Index v = begin; v < end; ++v) {
       const Index older = age[v] + (age[v] < std::numeric_limits<Index>::max() ? 1 : 0);
       next_age[v] = known[v] != 0 ? 0 : older;
     }
   });
-  const bool is_counted = memory.n_frames < std::numeric_limits<std::size_t>::max();
-  next.n_frames = memory.n_frames + (is_counted ? 1 : 0);
+  const bool is_counted = last.n_frames < std::numeric_limits<std::size_t>::max();
+  following.n_frames = last.n_frames + (is_counted ? 1 : 0);
+}
+
+void Stream::advance() noexcept {
+  std::swap(memory, next);
+  round_errors();
+}
+
+void Stream::round_errors() noexcept {
+  if (rounded_errors.empty()) return;
+  std::ranges::transform(memory.errors.standard_errors, rounded_errors.begin(),
+                         saturated_or_infinite<float>);
 }
 
 template <class Real>
-void FrameStream::Parts::put(Points<Real> completed) const {
-  mesh->workers.for_each_chunk(static_cast<Index>(n_vertices()),
-                               [&, completed](Index first, Index last) {
-                                 const Points<Real> to = completed;
-                                 const Vector3* const from = memory.last.data();
-                                 for (Index v = first; v < last; ++v) {
-                                   to(at(v), 0) = static_cast<Real>(from[v].x);
-                                   to(at(v), 1) = static_cast<Real>(from[v].y);
-                                   to(at(v), 2) = static_cast<Real>(from[v].z);
-                                 }
-                               });
+void Stream::put(Points<Real> completed) {
+  const auto put_rows = [&, completed](Index first, Index last) {
+    const Points<Real> to = completed;
+    const Vector3* const from = memory.last.data();
+    for (Index v = first; v < last; ++v) {
+      to(at(v), 0) = static_cast<Real>(from[v].x);
+      to(at(v), 1) = static_cast<Real>(from[v].y);
+      to(at(v), 2) = static_cast<Real>(from[v].z);
+    }
+  };
+  workers.for_each_chunk(static_cast<Index>(n_vertices()), put_rows);
 }
 
-bool FrameStream::Parts::begins_with(const Frame& frame) const {
-  return std::ranges::equal(std::as_bytes(std::span(frame)),
-                            std::as_bytes(std::span(first_frame())));
-}
-
-void FrameStream::Parts::check() {
-  check_memory(memory, largest_coordinate);
-  memory.generations.classify(mesh->topology.cells, memory.known);
-  next = memory;  // numbers that no step writes would otherwise differ from frame to frame
-}
-
-void FrameStream::Parts::publish() const noexcept {
-  publish_report();
-  mesh->n_frames.store(memory.n_frames);
+void Stream::check(Memory& read_memory) const {
+  check_memory(read_memory, coordinates.largest);
+  read_memory.generations.classify(topology.cells, read_memory.known);
 }
 
 void count(const Generations& generations, FrameReport& report) {
@@ -119,52 +124,35 @@ void count(const Generations& generations, FrameReport& report) {
   report.disconnected = generations.disconnected_vertices();
 }
 
-template void FrameStream::Parts::read(Points<const float>, KnownMask);
-template void FrameStream::Parts::read(Points<const double>, KnownMask);
-template void FrameStream::Parts::put(Points<float>) const;
-template void FrameStream::Parts::put(Points<double>) const;
+template void Stream::read(Points<const float>, KnownMask);
+template void Stream::read(Points<const double>, KnownMask);
+template void Stream::put(Points<float>);
+template void Stream::put(Points<double>);
 
-FrameStream::FrameStream() = default;
+FrameStream::FrameStream(std::unique_ptr<Stream> stream) : stream_(std::move(stream)) {}
 FrameStream::~FrameStream() = default;
 FrameStream::FrameStream(FrameStream&&) noexcept = default;
 FrameStream& FrameStream::operator=(FrameStream&&) noexcept = default;
 
-void FrameStream::begin(std::unique_ptr<Parts> first) {
-  mesh_ = first->mesh;
-  parts_ = std::move(first);
-  parts_->publish();
-  mesh_->state_size = state().size();
-}
-void FrameStream::replace(std::unique_ptr<Parts> sequence) noexcept {
-  parts_ = std::move(sequence);
-  parts_->publish();
-}
-
 std::vector<std::byte> FrameStream::state() const {
   Writer writer(state_size());
-  parts_->write(writer);
+  stream_->write(writer);
   return writer.take_sealed();
 }
 
 void FrameStream::restore(std::span<const std::byte> state) {
   const DefaultArithmetic arithmetic;
-  Reader reader = parts_->open(state);
-  Parts::Frame frame(n_vertices());
-  reader.read(frame);
-  check_stored_frame(frame, parts_->largest_coordinate);
-  auto restored = parts_->begun(std::move(frame));
-  restored->read_memory(reader);
-  replace(std::move(restored));
+  stream_->restore(state);
 }
 
-std::size_t FrameStream::state_size() const { return mesh_->state_size; }
-std::size_t FrameStream::n_vertices() const { return mesh_->topology.cells.size(); }
-std::size_t FrameStream::n_edges() const { return mesh_->topology.cells.neighbours.size() / 2; }
-const TopologyReport& FrameStream::topology() const { return mesh_->topology.report; }
-std::size_t FrameStream::n_frames() const { return mesh_->n_frames; }
+std::size_t FrameStream::state_size() const { return stream_->state_size; }
+std::size_t FrameStream::n_vertices() const { return stream_->n_vertices(); }
+std::size_t FrameStream::n_edges() const { return stream_->topology.cells.neighbours.size() / 2; }
+const TopologyReport& FrameStream::topology() const { return stream_->topology.report; }
+std::size_t FrameStream::n_frames() const { return stream_->n_frames; }
 std::span<const Index> FrameStream::generation() const {
-  return parts_->memory.generations.of_vertices();
+  return stream_->memory.generations.of_vertices();
 }
-std::span<const Index> FrameStream::age() const { return parts_->memory.age; }
+std::span<const Index> FrameStream::age() const { return stream_->memory.age; }
 
 }  // namespace dynmesh

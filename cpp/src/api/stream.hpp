@@ -1,127 +1,207 @@
 /// What completers and trackers share: one stream of frames of one mesh.
 #pragma once
 
+#include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <dynmesh/frame_report.hpp>
 #include <dynmesh/frame_stream.hpp>
-#include <dynmesh/settings.hpp>
 #include <dynmesh/topology.hpp>
+#include <dynmesh/tracker.hpp>
 #include <dynmesh/types.hpp>
+#include <limits>
 #include <memory>
 #include <span>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
 #include "api/published.hpp"
+#include "api/state.hpp"
 #include "base/geometry.hpp"
 #include "base/stored_numbers.hpp"
 #include "base/training_frames.hpp"
 #include "base/workers.hpp"
-#include "kernels/rotation_kernels.hpp"
 #include "shape/memory.hpp"
 
 namespace dynmesh {
 
-/// What all sequences of a completer or of a tracker have in common. `reset` and `restore` leave it
-/// where it is, so that any thread may read the constants in it, and what is published, at any
+/// The type in which positions are given.
+struct Coordinates {
+  std::size_t size;  ///< in bytes
+  double largest;
+  double epsilon;
+};
+template <class Real>
+constexpr Coordinates coordinates_of = {sizeof(Real), largest_coordinate<Real>,
+                                        std::numeric_limits<Real>::epsilon()};
+
+/// A mesh, and the memory of one sequence of its frames. `reset` and `restore` begin another
+/// sequence in place, so that any thread may read what is constant, and what is published, at any
 /// time.
-struct StreamMesh {
-  StreamMesh(Faces mesh_faces, std::size_t n_vertices, Index threads, const TaskSharing& sharing,
-             TrainingFrames training_frames = {});
+struct Stream {
+  using Clock = std::chrono::steady_clock;
 
-  TrainingFrames training;  ///< empty without training
-  Topology topology;
-  std::vector<Triangle> faces;
-  Workers workers;
-  std::uint64_t training_hash = 0;        ///< of the training frames; 0 without training
-  std::size_t state_size = 0;             ///< of all states; set by the constructor of the stream
-  std::atomic<std::size_t> n_frames = 0;  ///< of the sequence
-};
+  Stream(Faces mesh_faces, std::size_t n_vertices, Index threads, const TaskSharing& sharing,
+         const Coordinates& given, TrainingFrames training_frames);
+  virtual ~Stream() = default;
+  Stream(const Stream&) = delete;
+  Stream& operator=(const Stream&) = delete;
+  Stream(Stream&&) = delete;
+  Stream& operator=(Stream&&) = delete;
 
-/// The same with settings, and reports of this kind.
-template <class Settings, class Report>
-struct StreamMeshOf final : StreamMesh {
-  StreamMeshOf(const Settings& chosen, Faces mesh_faces, std::size_t n_vertices,
-               const TaskSharing& sharing, TrainingFrames training_frames = {})
-      : StreamMesh(mesh_faces, n_vertices, chosen.threads, sharing, std::move(training_frames)),
-        settings(chosen) {}
-
-  Settings settings;
-  Published<Report> report;  ///< of the last frame
-};
-
-/// Finds the frames of sequences that begin with the same frame. Nothing is in it on which a later
-/// frame depends, but for the modes of a completer that learns.
-struct StreamSolver {
-  explicit StreamSolver(std::vector<Vector3> frame) : first_frame(std::move(frame)) {}
-
-  std::vector<Vector3> first_frame;
-};
-
-/// One sequence: its memory, and that of the next frame while it is found.
-///
-/// A frame: call `read` or set `next.last` and `next.known`, estimate the satellites in
-/// `next.last`, and call `finish`, `advance` and `put`. Allocates memory only in the constructor.
-struct FrameStream::Parts {
-  using Frame = std::vector<Vector3>;
-
-  /// Begins a sequence. `largest` is the largest coordinate of the type in which positions are
-  /// given.
-  Parts(std::shared_ptr<StreamMesh> of_all, std::shared_ptr<StreamSolver> solver, double largest);
-  virtual ~Parts() = default;
-  Parts(const Parts&) = delete;
-  Parts& operator=(const Parts&) = delete;
-  Parts(Parts&&) = delete;
-  Parts& operator=(Parts&&) = delete;
-
-  /// Another sequence with the same mesh and settings, and with the same solver if it begins with
-  /// the same frame.
-  [[nodiscard]] virtual std::unique_ptr<Parts> begun(Frame frame) const = 0;
-  /// Publishes the report of the last frame.
-  virtual void publish_report() const noexcept = 0;
-  /// Publishes the last frame, and how many there were.
-  void publish() const noexcept;
   /// Everything that later frames depend on.
   virtual void write(Writer& writer) const = 0;
-  /// Checks the beginning of a state, after which frame 0 follows.
-  [[nodiscard]] virtual Reader open(std::span<const std::byte> state) const = 0;
-  /// Reads what follows frame 0. Refuses values that no sequence can have, and is of no use then.
-  virtual void read_memory(Reader& reader) = 0;
+  /// Continues from what was written. If it throws, nothing has changed.
+  virtual void restore(std::span<const std::byte> state) = 0;
 
-  /// Reads a row for each vertex. Without a mask, finite rows are known. Refuses known rows that
-  /// are out of range.
+  /// Reads a row for each vertex into the next frame. Without a mask, finite rows are known.
+  /// Refuses known rows that are out of range.
   template <class Real>
   void read(Points<const Real> rows, KnownMask mask);
-  /// Resets vertices whose estimate has diverged to the previous frame, since a NaN would spread to
-  /// later frames, and finds the ages.
-  void reset_diverged();
-  void count_frames();
-  void finish() {
-    reset_diverged();
-    count_frames();
-  }
+  /// Resets vertices whose estimate has diverged to the frame before, since a NaN would spread to
+  /// later frames.
+  void reset_diverged(Field previous, std::span<Vector3> completed);
+  /// Finds the ages, from the anchors of the next frame.
+  void count_frames(const Memory& last, Memory& following);
   /// The next frame becomes the last one.
-  void advance() noexcept { std::swap(memory, next); }
-  /// Copies the last completed frame to the caller's rows.
+  void advance() noexcept;
+  /// Copies the last frame to the caller's rows.
   template <class Real>
-  void put(Points<Real> completed) const;
+  void put(Points<Real> completed);
+  /// Refuses a memory that no frames can have left, and finds what follows from it.
+  void check(Memory& read_memory) const;
+  /// (k,) of the last frame, or empty.
+  template <class Real>
+  [[nodiscard]] std::span<const Real> standard_errors() const {
+    if constexpr (std::is_same_v<Real, double>) {
+      return memory.errors.standard_errors;
+    } else {
+      return rounded_errors;
+    }
+  }
 
-  [[nodiscard]] const Frame& first_frame() const { return shared_solver->first_frame; }
-  [[nodiscard]] std::size_t n_vertices() const { return first_frame().size(); }
-  /// Whether frame 0 is this one, bit for bit.
-  [[nodiscard]] bool begins_with(const Frame& frame) const;
-  /// Checks the memory that was read, and finds what follows from it.
-  void check();
+  [[nodiscard]] std::size_t n_vertices() const { return topology.cells.size(); }
 
-  std::shared_ptr<StreamMesh> mesh;  ///< of all sequences
-  std::shared_ptr<StreamSolver> shared_solver;
-  double largest_coordinate;
-  Memory memory, next;
+  const Coordinates coordinates;
+  const TrainingFrames training;  ///< empty without training
+  const Topology topology;
+  const std::vector<Triangle> faces;
+  Workers workers;
+  std::uint64_t training_hash = 0;        ///< of the training frames; 0 without training
+  std::size_t state_size = 0;             ///< of all states
+  std::atomic<std::size_t> n_frames = 0;  ///< of the sequence
+  Memory memory, next;                    ///< of the last frame, and of the next one
+  std::vector<Agreement> of_sensors;      ///< how well a tracked frame explains what each measured
+
+ protected:
+  /// Begins a sequence. `begun` and `spare` are equal, so that numbers that no step writes do not
+  /// differ from frame to frame. `errors` has room for standard errors in float.
+  void begin(Memory& begun, Memory& spare, std::vector<float>& errors) noexcept;
+  void round_errors() noexcept;
+
+  std::vector<float> rounded_errors;  ///< of the last frame, if positions are float
 };
 
 /// The numbers of vertices in the report of a frame.
 void count(const Generations& generations, FrameReport& report);
+
+/// A stream with its settings and the report of its last frame. A `Solver` finds frames of the
+/// sequences that begin with the same frame. Nothing is in it on which a later frame depends, but
+/// for the modes of a completer that learns.
+template <class Solver>
+struct StreamOf final : Stream {
+  using Settings = typename Solver::Settings;
+  using Report = typename Solver::Report;
+
+  StreamOf(const Settings& chosen, Faces mesh_faces, std::vector<Vector3> first_frame,
+           const TaskSharing& sharing, const Coordinates& given, TrainingFrames training_frames)
+      : Stream(mesh_faces, first_frame.size(), chosen.threads, sharing, given,
+               std::move(training_frames)),
+        settings(chosen) {
+    reset(std::move(first_frame));
+    Writer writer;
+    StreamOf::write(writer);
+    state_size = writer.take_sealed().size();
+  }
+
+  /// Begins a sequence with this frame.
+  void reset(std::vector<Vector3> first_frame) {
+    auto with = solver_for(std::move(first_frame));
+    Memory begun = with->first_memory();
+    const Report of_first = with->first_report(begun);
+    begin(std::move(with), std::move(begun), of_first);
+  }
+
+  void write(Writer& writer) const override {
+    write_head(writer, kind(), *this, settings);
+    writer.write(solver->first_frame);
+    each_number(*solver, memory, report.get(), NumberWriter(writer));
+  }
+
+  void restore(std::span<const std::byte> state) override {
+    Reader reader = read_head(state, kind(), *this, settings);
+    std::vector<Vector3> first_frame(n_vertices());
+    reader.read(first_frame);
+    check_stored_frame(first_frame, coordinates.largest);
+    auto with = solver_for(std::move(first_frame));
+    Memory restored = with->first_memory();
+    Report of_last;
+    each_number(*with, restored, of_last, NumberReader(reader));
+    check(restored);
+    with->restored(restored, of_last);
+    begin(std::move(with), std::move(restored), of_last);
+  }
+
+  /// Ends a frame whose memory is the next one.
+  template <class Real>
+  Report finish(Report made, Points<Real> completed, Clock::time_point start) {
+    advance();
+    put(completed);
+    made.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+    publish(made);
+    return made;
+  }
+
+  Settings settings;
+  Published<Report> report;  ///< of the last frame
+  std::shared_ptr<Solver> solver;
+
+ private:
+  [[nodiscard]] StateKind kind() const { return {Solver::format, Solver::name, coordinates.size}; }
+
+  template <class S, class M, class R, class Visit>
+  static void each_number(S& solver, M& memory, R&& report, const Visit& visit) {
+    for_each_stored_field(report, visit);
+    dynmesh::each_number(memory, visit);
+    Solver::each_number(solver, visit);
+  }
+
+  /// That of this frame 0, bit for bit, or a new one.
+  [[nodiscard]] std::shared_ptr<Solver> solver_for(std::vector<Vector3> first_frame) {
+    const auto bytes = [](Field frame) { return std::as_bytes(frame); };
+    if (solver && solver->is_reusable() &&
+        std::ranges::equal(bytes(first_frame), bytes(solver->first_frame))) {
+      return solver;
+    }
+    return std::make_shared<Solver>(*this, settings, std::move(first_frame));
+  }
+
+  void begin(std::shared_ptr<Solver> with, Memory begun, const Report& of_last) {
+    Memory spare = begun;
+    const std::size_t n_errors = begun.errors.standard_errors.size();
+    std::vector<float> errors(coordinates.size == sizeof(float) ? n_errors : 0);
+    solver = std::move(with);  // nothing can fail any more
+    Stream::begin(begun, spare, errors);
+    publish(of_last);
+  }
+
+  void publish(const Report& of_last) noexcept {
+    report.set(of_last);
+    n_frames.store(memory.n_frames);
+  }
+};
 
 }  // namespace dynmesh
