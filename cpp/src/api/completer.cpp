@@ -72,10 +72,12 @@ struct Completion {
     return memory;
   }
 
-  [[nodiscard]] FrameReport first_report(const Memory& memory) const {
-    FrameReport report;
+  /// Completes the report of the last frame of a memory that is frame 0 or was stored.
+  void begin(const Memory& memory, FrameReport& report) {
+    if (learned) learned->make();
     describe(memory, report);
-    return report;
+    if (memory.n_frames == 0) return;  // frame 0 is not judged
+    quality.tell(memory.last, memory.generations.of_vertices(), memory.verdict, report);
   }
 
   /// Completes the frame whose anchors are in `next`. Only the estimate can fail, if memory is
@@ -105,31 +107,15 @@ struct Completion {
     return report;
   }
 
-  /// The numbers of vertices, and the root mean square of the standard errors of the satellites; 0
-  /// without any.
-  void describe(const Memory& memory, FrameReport& report) const {
-    count(memory.generations, report);
-    const std::span<const double> values = memory.errors.standard_errors;
-    const std::span<const Index> generation = memory.generations.of_vertices();
-    double sum = 0;
-    for (std::size_t v = 0; v < values.size(); ++v) {
-      if (generation[v] > 0) sum += values[v] * values[v];
-    }
-    report.standard_error = sum > 0 ? std::sqrt(sum / static_cast<double>(report.filled)) : 0;
-  }
-
-  /// Ends reading a state.
-  void restored(const Memory& memory, FrameReport& report) {
-    if (learned) learned->make();
-    describe(memory, report);
-    if (memory.n_frames == 0) return;  // frame 0 is not judged
-    quality.tell(memory.last, memory.generations.of_vertices(), memory.verdict, report);
-  }
-
   /// What is remembered beside the memory.
   template <class Self, class Visit>
   static void each_number(Self& self, const Visit& visit) {
     if (self.learned) LearnedModes::each_number(*self.learned, visit);
+  }
+
+  static void describe(const Memory& memory, FrameReport& report) {
+    const std::span<const Index> generation = memory.generations.of_vertices();
+    dynmesh::describe(memory, report, [&](std::size_t v) { return generation[v] > 0; });
   }
 
   std::size_t estimate_motion(const Memory& memory, Memory& next) {

@@ -27,16 +27,6 @@ Stream::Stream(Faces mesh_faces, std::size_t n_vertices, Index threads, const Ta
   }
 }
 
-static_assert(std::is_nothrow_swappable_v<Memory>);
-
-void Stream::begin(Memory& begun, Memory& spare, std::vector<float>& errors) noexcept {
-  std::swap(memory, begun);
-  std::swap(next, spare);
-  std::swap(rounded_errors, errors);
-  of_sensors.clear();
-  round_errors();
-}
-
 template <class Real>
 void Stream::read(Points<const Real> rows, KnownMask mask) {
   std::atomic<bool> may_be_large{false};
@@ -111,17 +101,6 @@ void Stream::put(Points<Real> completed) {
     }
   };
   workers.for_each_chunk(static_cast<Index>(n_vertices()), put_rows);
-}
-
-void Stream::check(Memory& read_memory) const {
-  check_memory(read_memory, coordinates.largest);
-  read_memory.generations.classify(topology.cells, read_memory.known);
-}
-
-void count(const Generations& generations, FrameReport& report) {
-  report.known = generations.anchors();
-  report.filled = generations.reached();
-  report.disconnected = generations.disconnected_vertices();
 }
 
 template void Stream::read(Points<const float>, KnownMask);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <dynmesh/frame_report.hpp>
@@ -71,8 +72,6 @@ struct Stream {
   /// Copies the last frame to the caller's rows.
   template <class Real>
   void put(Points<Real> completed);
-  /// Refuses a memory that no frames can have left, and finds what follows from it.
-  void check(Memory& read_memory) const;
   /// (k,) of the last frame, or empty.
   template <class Real>
   [[nodiscard]] std::span<const Real> standard_errors() const {
@@ -97,16 +96,28 @@ struct Stream {
   std::vector<Agreement> of_sensors;      ///< how well a tracked frame explains what each measured
 
  protected:
-  /// Begins a sequence. `begun` and `spare` are equal, so that numbers that no step writes do not
-  /// differ from frame to frame. `errors` has room for standard errors in float.
-  void begin(Memory& begun, Memory& spare, std::vector<float>& errors) noexcept;
   void round_errors() noexcept;
 
   std::vector<float> rounded_errors;  ///< of the last frame, if positions are float
 };
 
-/// The numbers of vertices in the report of a frame.
-void count(const Generations& generations, FrameReport& report);
+/// Reports the numbers of vertices of a frame, and the root mean square of the standard errors of
+/// those for which `is_counted(v)`; 0 without any.
+template <class IsCounted>
+void describe(const Memory& memory, FrameReport& report, const IsCounted& is_counted) {
+  report.known = memory.generations.anchors();
+  report.filled = memory.generations.reached();
+  report.disconnected = memory.generations.disconnected_vertices();
+  const std::span<const double> errors = memory.errors.standard_errors;
+  double sum = 0;
+  std::size_t n = 0;
+  for (std::size_t v = 0; v < errors.size(); ++v) {
+    if (!is_counted(v)) continue;
+    sum += errors[v] * errors[v];
+    ++n;
+  }
+  report.standard_error = n > 0 ? std::sqrt(sum / static_cast<double>(n)) : 0;
+}
 
 /// A stream with its settings and the report of its last frame. A `Solver` finds frames of the
 /// sequences that begin with the same frame. Nothing is in it on which a later frame depends, but
@@ -131,8 +142,7 @@ struct StreamOf final : Stream {
   void reset(std::vector<Vector3> first_frame) {
     auto with = solver_for(std::move(first_frame));
     Memory begun = with->first_memory();
-    const Report of_first = with->first_report(begun);
-    begin(std::move(with), std::move(begun), of_first);
+    begin(std::move(with), std::move(begun), {});
   }
 
   void write(Writer& writer) const override {
@@ -148,11 +158,11 @@ struct StreamOf final : Stream {
     check_stored_frame(first_frame, coordinates.largest);
     auto with = solver_for(std::move(first_frame));
     Memory restored = with->first_memory();
-    Report of_last;
-    each_number(*with, restored, of_last, NumberReader(reader));
-    check(restored);
-    with->restored(restored, of_last);
-    begin(std::move(with), std::move(restored), of_last);
+    Report stored;
+    each_number(*with, restored, stored, NumberReader(reader));
+    check_memory(restored, coordinates.largest);
+    restored.generations.classify(topology.cells, restored.known);
+    begin(std::move(with), std::move(restored), stored);
   }
 
   /// Ends a frame whose memory is the next one.
@@ -189,17 +199,24 @@ struct StreamOf final : Stream {
     return std::make_shared<Solver>(*this, settings, std::move(first_frame));
   }
 
-  void begin(std::shared_ptr<Solver> with, Memory begun, const Report& of_last) {
+  void begin(std::shared_ptr<Solver> with, Memory begun, Report last) {
+    with->begin(begun, last);
     Memory spare = begun;
     const std::size_t n_errors = begun.errors.standard_errors.size();
     std::vector<float> errors(coordinates.size == sizeof(float) ? n_errors : 0);
-    solver = std::move(with);  // nothing can fail any more
-    Stream::begin(begun, spare, errors);
-    publish(of_last);
+    // Nothing can fail any more.
+    static_assert(std::is_nothrow_swappable_v<Memory>);
+    solver.swap(with);
+    std::swap(memory, begun);
+    std::swap(next, spare);
+    rounded_errors.swap(errors);
+    round_errors();
+    of_sensors.clear();
+    publish(last);
   }
 
-  void publish(const Report& of_last) noexcept {
-    report.set(of_last);
+  void publish(const Report& last) noexcept {
+    report.set(last);
     n_frames.store(memory.n_frames);
   }
 };

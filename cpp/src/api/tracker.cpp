@@ -74,11 +74,13 @@ struct Tracking {
     return memory;
   }
 
-  [[nodiscard]] TrackingReport first_report(const Memory& memory) const {
-    TrackingReport report;
-    report.measure.is_start = memory.is_start != 0;
+  /// Completes the report of the last frame of a memory that is frame 0 or was stored.
+  static void begin(const Memory& memory, TrackingReport& report) {
+    Recovery::check(memory);
+    if (memory.n_frames == 0) report.measure.is_start = memory.is_start != 0;
+    report.measure.quality = judged(report.measure);
+    tell_quality(report);
     describe(memory, report);
-    return report;
   }
 
   /// Finds the next frame in what was measured. Tells how well it explains what each sensor
@@ -120,31 +122,14 @@ struct Tracking {
     return report;
   }
 
-  /// The numbers of vertices, and the root mean square of the standard errors that are finite; 0
-  /// without any.
-  void describe(const Memory& memory, TrackingReport& report) const {
-    count(memory.generations, report);
-    double sum = 0;
-    std::size_t n = 0;
-    for (const double value : memory.errors.standard_errors) {
-      if (!std::isfinite(value)) continue;
-      sum += value * value;
-      ++n;
-    }
-    report.standard_error = n > 0 ? std::sqrt(sum / static_cast<double>(n)) : 0;
-  }
-
-  /// Ends reading a state.
-  void restored(const Memory& memory, TrackingReport& report) const {
-    Recovery::check(memory);
-    report.measure.quality = judged(report.measure);
-    tell_quality(report);
-    describe(memory, report);
-  }
-
   /// What is remembered beside the memory: nothing.
   template <class Self, class Visit>
   static void each_number(Self& /*self*/, const Visit& /*visit*/) {}
+
+  static void describe(const Memory& memory, TrackingReport& report) {
+    const std::span<const double> errors = memory.errors.standard_errors;
+    dynmesh::describe(memory, report, [&](std::size_t v) { return std::isfinite(errors[v]); });
+  }
 
   Stream& stream;
   std::vector<Vector3> first_frame;
