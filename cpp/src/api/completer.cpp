@@ -38,8 +38,8 @@ struct Completion {
   static constexpr StateFormat format = {'d', 'y', 'n', 'm', 'e', 's', 'h', 'I'};
   static constexpr const char* name = "completer";
 
-  Completion(Stream& of_mesh, const Settings& settings, std::vector<Vector3> frame)
-      : stream(of_mesh),
+  Completion(Stream& shared, const Settings& settings, std::vector<Vector3> frame)
+      : stream(shared),
         first_frame(std::move(frame)),
         leaders(stream.topology, first_frame, stream.training),
         disconnected(stream.topology, settings.disconnected, leaders,
@@ -77,7 +77,7 @@ struct Completion {
     if (learned) learned->make();
     describe(memory, report);
     if (memory.n_frames == 0) return;  // frame 0 is not judged
-    quality.tell(memory.last, memory.generations.of_vertices(), memory.verdict, report);
+    quality.describe(memory.last, memory.generations.of_vertices(), memory.verdict, report);
   }
 
   /// Completes the frame whose anchors are in `next`. Only the estimate can fail, if memory is
@@ -119,8 +119,8 @@ struct Completion {
   }
 
   std::size_t estimate_motion(const Memory& memory, Memory& next) {
-    const auto estimate = [&](auto& of_type) {
-      return of_type.estimate(memory.last, next.last, next.known, next.generations);
+    const auto estimate = [&](auto& method) {
+      return method.estimate(memory.last, next.last, next.known, next.generations);
     };
     auto* const in_float = std::get_if<Motion<float>>(&motion);
     return in_float != nullptr ? estimate(*in_float) : estimate(std::get<Motion<double>>(motion));
@@ -155,10 +155,10 @@ std::unique_ptr<Stream> stream_of(Faces faces, Points<const Real> first_frame,
                        "give one of the two");
   }
   auto frame = first_frame_of(first_frame);
-  auto of_training = training == nullptr ? TrainingFrames() : frames_of(*training, frame);
+  auto training_frames = training == nullptr ? TrainingFrames() : frames_of(*training, frame);
   return std::make_unique<CompletionStream>(settings, faces, std::move(frame),
                                             default_task_sharing(), coordinates_of<Real>,
-                                            std::move(of_training));
+                                            std::move(training_frames));
 }
 
 /// Completes the frame whose anchors have been read.
@@ -168,7 +168,9 @@ FrameReport complete(CompletionStream& stream, Points<Real> completed,
   return stream.finish(stream.solver->complete(stream.memory, stream.next), completed, start);
 }
 
-CompletionStream& of_completer(Stream& stream) { return static_cast<CompletionStream&>(stream); }
+CompletionStream& completion_stream(Stream& stream) {
+  return static_cast<CompletionStream&>(stream);
+}
 
 }  // namespace
 
@@ -185,7 +187,7 @@ template <class Real>
 void Completer<Real>::reset(Points<const Real> frame) {
   const DefaultArithmetic arithmetic;
   check_rows("frame", frame, n_vertices());
-  of_completer(*stream_).reset(complete_frame("frame", frame));
+  completion_stream(*stream_).reset(complete_frame("frame", frame));
 }
 
 template <class Real>
@@ -198,7 +200,7 @@ FrameReport Completer<Real>::push(Points<const Real> points, KnownMask known,
   check_output(completed, n_vertices(),
                {{"points", Extent::of(points)}, {"known", Extent::of(known)}});
   stream_->read(points, known);
-  return complete(of_completer(*stream_), completed, start);
+  return complete(completion_stream(*stream_), completed, start);
 }
 
 template <class Real>
@@ -208,7 +210,7 @@ FrameReport Completer<Real>::push(Points<const Real> points, Points<Real> comple
   check_rows("points", points, n_vertices());
   check_output(completed, n_vertices(), {{"points", Extent::of(points)}});
   stream_->read(points, KnownMask());
-  return complete(of_completer(*stream_), completed, start);
+  return complete(completion_stream(*stream_), completed, start);
 }
 
 template <class Real>
@@ -237,7 +239,7 @@ FrameReport Completer<Real>::push_sparse(std::span<const Index> indices, Points<
     next.known[v] = 1;
     next.last[v] = known_row(points, i);
   }
-  return complete(of_completer(*stream_), completed, start);
+  return complete(completion_stream(*stream_), completed, start);
 }
 
 template <class Real>
@@ -246,12 +248,12 @@ FrameReport Completer<Real>::skip(Points<Real> completed) {
   const auto start = Stream::Clock::now();
   check_output(completed, n_vertices(), {});
   std::ranges::fill(stream_->next.known, std::uint8_t{0});
-  return complete(of_completer(*stream_), completed, start);
+  return complete(completion_stream(*stream_), completed, start);
 }
 
 template <class Real>
 const Settings& Completer<Real>::settings() const {
-  return of_completer(*stream_).settings;
+  return completion_stream(*stream_).settings;
 }
 template <class Real>
 std::span<const Real> Completer<Real>::standard_error() const {
@@ -260,7 +262,7 @@ std::span<const Real> Completer<Real>::standard_error() const {
 }
 template <class Real>
 FrameReport Completer<Real>::report() const {
-  return of_completer(*stream_).report.get();
+  return completion_stream(*stream_).report.get();
 }
 
 template class Completer<float>;

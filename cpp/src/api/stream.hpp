@@ -93,7 +93,8 @@ struct Stream {
   std::size_t state_size = 0;             ///< of all states
   std::atomic<std::size_t> n_frames = 0;  ///< of the sequence
   Memory memory, next;                    ///< of the last frame, and of the next one
-  std::vector<Agreement> of_sensors;      ///< how well a tracked frame explains what each measured
+  /// How well the last frame of a tracker explains what each sensor measured.
+  std::vector<Agreement> sensor_agreements;
 
  protected:
   void round_errors() noexcept;
@@ -211,7 +212,7 @@ struct StreamOf final : Stream {
     std::swap(next, spare);
     rounded_errors.swap(errors);
     round_errors();
-    of_sensors.clear();
+    sensor_agreements.clear();
     publish(last);
   }
 

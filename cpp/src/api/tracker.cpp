@@ -25,8 +25,8 @@ namespace dynmesh {
 
 namespace {
 
-/// Says of the whole frame what its measure says.
-void tell_quality(TrackingReport& report) {
+/// The quality of a frame is that of its measure.
+void describe_quality(TrackingReport& report) {
   report.quality = report.measure.quality;
   report.reason = {};
   report.measure.reason().copy(report.reason.data(), report.reason.size() - 1);
@@ -58,8 +58,8 @@ struct Tracking {
   static constexpr StateFormat format = {'d', 'y', 'n', 't', 'r', 'a', 'c', 'H'};
   static constexpr const char* name = "tracker";
 
-  Tracking(Stream& of_mesh, const TrackerSettings& settings, std::vector<Vector3> frame)
-      : stream(of_mesh),
+  Tracking(Stream& shared, const TrackerSettings& settings, std::vector<Vector3> frame)
+      : stream(shared),
         first_frame(std::move(frame)),
         surface(stream.faces, stream.topology, stream.workers, first_frame, stream.training,
                 {at(settings.resolution), settings.uncertainty, stream.coordinates.epsilon}),
@@ -79,14 +79,14 @@ struct Tracking {
     Recovery::check(memory);
     if (memory.n_frames == 0) report.measure.is_start = memory.is_start != 0;
     report.measure.quality = judged(report.measure);
-    tell_quality(report);
+    describe_quality(report);
     describe(memory, report);
   }
 
-  /// Finds the next frame in what was measured. Tells how well it explains what each sensor
+  /// Finds the next frame in what was measured, and how well it explains what each sensor
   /// measured.
   TrackingReport track(const Memory& memory, const PointScan& measurement, Memory& next,
-                       std::vector<Agreement>& of_sensors) {
+                       std::vector<Agreement>& sensor_agreements) {
     TemplateTracking::Found found = surface.fit(memory, measurement, next);
     if (memory.n_frames == 0) check_first_scan(measurement, found, memory.last, surface);
     TrackingReport report;
@@ -101,7 +101,7 @@ struct Tracking {
       }
     }
     report.recovered = again.has_value();
-    tell_quality(report);
+    describe_quality(report);
     std::ranges::copy(found.observed, next.known.begin());
     next.generations.classify(stream.topology.cells, next.known);
     // Components that were not observed are where their ties hold them.
@@ -118,7 +118,7 @@ struct Tracking {
     report.stages.prior_weight = next.fit.prior_weight;
     report.stages.prior_share = next.fit.prior_share;
     describe(next, report);
-    of_sensors = std::move(found.agreements.of_sensors);
+    sensor_agreements = std::move(found.agreements.of_sensors);
     return report;
   }
 
@@ -146,20 +146,20 @@ std::unique_ptr<Stream> stream_of(Faces faces, Points<const Real> first_frame,
   const DefaultArithmetic arithmetic;
   check_settings(settings);
   auto frame = first_frame_of(first_frame);
-  auto of_training = training == nullptr ? TrainingFrames() : frames_of(*training, frame);
+  auto training_frames = training == nullptr ? TrainingFrames() : frames_of(*training, frame);
   return std::make_unique<TrackingStream>(settings, faces, std::move(frame),
                                           task_sharing_of_tracking(), coordinates_of<Real>,
-                                          std::move(of_training));
+                                          std::move(training_frames));
 }
 
-TrackingStream& of_tracker(Stream& stream) { return static_cast<TrackingStream&>(stream); }
+TrackingStream& tracking_stream(Stream& stream) { return static_cast<TrackingStream&>(stream); }
 
 template <class Real>
 TrackingReport track(TrackingStream& stream, const PointScan& measurement, Points<Real> tracked,
                      Stream::Clock::time_point start) {
   return stream.finish(
-      stream.solver->track(stream.memory, measurement, stream.next, stream.of_sensors), tracked,
-      start);
+      stream.solver->track(stream.memory, measurement, stream.next, stream.sensor_agreements),
+      tracked, start);
 }
 
 }  // namespace
@@ -177,14 +177,14 @@ template <class Real>
 void Tracker<Real>::reset(Points<const Real> frame) {
   const DefaultArithmetic arithmetic;
   check_rows("frame", frame, n_vertices());
-  of_tracker(*stream_).reset(complete_frame("frame", frame));
+  tracking_stream(*stream_).reset(complete_frame("frame", frame));
 }
 
 template <class Real>
 TrackingReport Tracker<Real>::push(const Scan<Real>& scan, Points<Real> tracked) {
   const DefaultArithmetic arithmetic;
   const auto start = Stream::Clock::now();
-  TrackingStream& stream = of_tracker(*stream_);
+  TrackingStream& stream = tracking_stream(*stream_);
   const PointScan measured =
       point_scan_of(scan, stream.solver->surface.mean_edge(), stream.workers);
   check_output(tracked, n_vertices(),
@@ -199,7 +199,7 @@ TrackingReport Tracker<Real>::push_depth(std::span<const DepthImage> images, Poi
   const DefaultArithmetic arithmetic;
   const auto start = Stream::Clock::now();
   check_output(tracked, n_vertices(), {});
-  TrackingStream& stream = of_tracker(*stream_);
+  TrackingStream& stream = tracking_stream(*stream_);
   const TemplateTracking& surface = stream.solver->surface;
   const TrackingConstants& constants = surface.constants();
   return track(stream,
@@ -213,12 +213,12 @@ TrackingReport Tracker<Real>::skip(Points<Real> tracked) {
   const DefaultArithmetic arithmetic;
   const auto start = Stream::Clock::now();
   check_output(tracked, n_vertices(), {});
-  return track(of_tracker(*stream_), {}, tracked, start);
+  return track(tracking_stream(*stream_), {}, tracked, start);
 }
 
 template <class Real>
 const TrackerSettings& Tracker<Real>::settings() const {
-  return of_tracker(*stream_).settings;
+  return tracking_stream(*stream_).settings;
 }
 template <class Real>
 std::span<const std::uint8_t> Tracker<Real>::observed() const {
@@ -233,12 +233,12 @@ std::span<const Real> Tracker<Real>::standard_error() const {
 }
 template <class Real>
 TrackingReport Tracker<Real>::report() const {
-  return of_tracker(*stream_).report.get();
+  return tracking_stream(*stream_).report.get();
 }
 
 template <class Real>
 std::span<const Agreement> Tracker<Real>::agreement_of_sensors() const {
-  return stream_->of_sensors;
+  return stream_->sensor_agreements;
 }
 
 template class Tracker<float>;

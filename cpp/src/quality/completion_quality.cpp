@@ -130,11 +130,11 @@ void CompletionQuality::judge(Field previous, Field completed, Generation genera
     }
     if (has_edges || has_anchors) ++verdict.n_judged;
   }
-  tell(completed, generation, verdict, report);
+  describe(completed, generation, verdict, report);
 }
 
-void CompletionQuality::tell(Field completed, Generation generation, const Verdict& verdict,
-                             FrameReport& report) {
+void CompletionQuality::describe(Field completed, Generation generation, const Verdict& verdict,
+                                 FrameReport& report) {
   report.quality = Quality::good;
   report.reason = {};
   if (report.known == 0) {

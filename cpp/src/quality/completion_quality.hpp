@@ -1,4 +1,4 @@
-/// Whether a completed frame is good, told by the lengths of its edges.
+/// Whether a completed frame is good, judged by the lengths of its edges.
 #pragma once
 
 #include <cstddef>
@@ -60,9 +60,9 @@ class CompletionQuality {
   /// verdict, which is that of the frame before so far. `generation` is that of each vertex.
   void judge(Field previous, Field completed, std::span<const Index> generation, Verdict& verdict,
              FrameReport& report);
-  /// The same of a frame that was judged before, by its verdict.
-  void tell(Field completed, std::span<const Index> generation, const Verdict& verdict,
-            FrameReport& report);
+  /// Sets `quality` and `reason` in the report of a frame that was judged before, by its verdict.
+  void describe(Field completed, std::span<const Index> generation, const Verdict& verdict,
+                FrameReport& report);
 
  private:
   using Generation = std::span<const Index>;

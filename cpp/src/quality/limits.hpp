@@ -28,7 +28,7 @@ inline constexpr struct QualityLimits {
 
   /// Where a smaller share of the vertices has a point, the mesh is a guess.
   double hardly_seen = 0.01;
-  /// The same for one that is completed.
+  /// Where a smaller share of the vertices is known, a completed frame is a guess.
   double hardly_known = 0.005;
 
   /// Noise does not explain a point that is farther from the surface than so many times the median

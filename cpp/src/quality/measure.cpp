@@ -93,35 +93,35 @@ Cause Measure::cause() const {
 std::string Measure::reason() const {
   if (quality == Quality::good) return {};
   const auto percent = [](double share) { return to_text(100 * share, 3) + " %"; };
-  std::string told;
+  std::string text;
   switch (cause()) {
     case Cause::unseen:
       return joined("hardly anything was measured: ", percent(seen),
                     " of the vertices have a point");
     case Cause::size:
-      told = joined("the template must be ", to_text(growth, 2),
+      text = joined("the template must be ", to_text(growth, 2),
                     " times as large to fit, as if it were in another unit or of a subject of ",
                     "another size");
       break;
     case Cause::part:
-      told = "the scan shows a part of the template only, and the place of the rest is a guess";
+      text = "the scan shows a part of the template only, and the place of the rest is a guess";
       break;
     case Cause::pose:
-      told = "the scan shows another mesh, or a pose that was not found";
+      text = "the scan shows another mesh, or a pose that was not found";
       break;
     case Cause::place:
-      told = "a part of the template is probably wrong or was not measured";
+      text = "a part of the template is probably wrong or was not measured";
       break;
   }
-  const auto tell = [&](const char* before, double share, const char* after) {
-    if (share > 0) told += joined(before, percent(share), after);
+  const auto add = [&](const char* before, double share, const char* after) {
+    if (share > 0) text += joined(before, percent(share), after);
   };
-  tell(": ", std::max(unexplained, agreement.far_share),
-       " of the points are farther from the mesh than their noise explains");
-  tell(", ", agreement.disagreeing, " face another way than the mesh there");
-  tell(", ", hole, " of the template is one piece without a point");
-  tell(", ", overlap, " of it lies on another part");
-  return joined(told, ", and edges have changed by ", percent(stretch));
+  add(": ", std::max(unexplained, agreement.far_share),
+      " of the points are farther from the mesh than their noise explains");
+  add(", ", agreement.disagreeing, " face another way than the mesh there");
+  add(", ", hole, " of the template is one piece without a point");
+  add(", ", overlap, " of it lies on another part");
+  return joined(text, ", and edges have changed by ", percent(stretch));
 }
 
 }  // namespace dynmesh

@@ -14,7 +14,7 @@ namespace dynmesh {
 /// How many times as long the edges have become, by their median; 1 if there are none.
 double growth_of(const Cells& cells, Field before, Field after);
 
-/// What the points and the edges tell of a surface X (k,), of which some vertices are observed.
+/// How the points and the edges agree with a surface X (k,), of which some vertices are observed.
 /// Only far points count as unexplained, hole and overlap are 0, and the quality is not judged.
 Measure measured(const Agreement& agreement, std::span<const std::uint8_t> observed,
                  const Cells& cells, Field first_frame, Field x);
