@@ -78,6 +78,7 @@ class Registration:
     converged: bool
     scale: float
     growth: float
+    lost: float
     disagreeing: float
     points: int
     seen: float

@@ -68,10 +68,12 @@ class TrackingReport(FrameReport):
             average.
         growth: how many times as long as in the first frame the edges are, by their median.
         seen: the share of the vertices that have a measured point.
+        lost: a vertex of the largest component that is lost, since nothing was measured where it
+            should be seen and nothing holds it there; -1 if none is.
         quality: "good"; "doubtful" if `far` / 0.03, `disagreeing` / 0.3 and `stretch` / 0.13 add up
             to more than 1, if less than 1 % of the vertices have a point, or if, until a frame is
-            good, `stretch` is more than 0.06 or `growth` is beyond 6 %; "ruined" if `far` is more
-            than 0.05, `disagreeing` than 0.2, or `stretch` than 0.3.
+            good, `stretch` is more than 0.06 or `growth` is beyond 6 %, or if a component is lost;
+            "ruined" if `far` is more than 0.05, `disagreeing` than 0.2, or `stretch` than 0.3.
         reason: why the quality is not good, in a sentence; empty if it is.
         misfit: `far` + `disagreeing` + `stretch`, which is least for the right one of several
             meshes in the same scan.
@@ -93,6 +95,7 @@ class TrackingReport(FrameReport):
     unexplained: float = field(repr=False)
     hole: float = field(repr=False)
     overlap: float = field(repr=False)
+    lost: float = field(repr=False)
     recovered: bool
 
 

@@ -329,6 +329,7 @@ typedef struct dynmesh_measure {
   double overlap;
   double stretch;
   double growth;
+  double lost;
   double seen;
   int32_t quality;   ///< DYNMESH_GOOD, _DOUBTFUL or _RUINED
   char reason[512];  ///< why it is not good, in a sentence; empty if it is

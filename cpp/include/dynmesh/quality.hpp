@@ -54,7 +54,7 @@ struct DYNMESH_EXPORT Measure {
   double unexplained = 0;
   /// The share of the template's area that is the largest connected piece without a point, as of a
   /// limb that was not measured, among what the sensors should see; without viewpoints, among all.
-  /// A tracker does not tell it, nor the overlap, which are 0.
+  /// A tracker tells the share of the vertices in the component of `lost` instead, and no overlap.
   double hole = 0;
   /// The share of the template's area where another part lies as well and faces the same way.
   double overlap = 0;
@@ -66,6 +66,9 @@ struct DYNMESH_EXPORT Measure {
   /// Whether no earlier frame of the tracker was good. Its template is the subject as it is in the
   /// first scan; one that must be deformed to reach the points is another, or lies elsewhere.
   bool is_start = false;
+  /// A vertex of the largest component that a tracker lost: nothing was measured where it should be
+  /// seen, and nothing holds it there. -1 without any.
+  double lost = -1;
   double seen = 1;  ///< the share of the vertices that have a measured point
   Quality quality = Quality::good;
 

@@ -47,6 +47,10 @@ class Recovery {
     const Cells& cells = mesh_.topology.cells;
     Measure made = measured(found.agreements.all, found.observed, cells, first_, found.x);
     made.is_start = memory.is_start != 0;
+    if (!found.lost.empty() && found.agreements.all.points > 0) {
+      made.lost = static_cast<double>(found.lost.front());
+      made.hole = static_cast<double>(found.lost.size()) / static_cast<double>(first_.size());
+    }
     made.quality = judged(made);
     return made;
   }

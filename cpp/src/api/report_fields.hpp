@@ -57,6 +57,7 @@ void for_each_number(Visited& measure, const Visit& visit) {
   visit("overlap", measure.overlap, &Twin::overlap);
   visit("stretch", measure.stretch, &Twin::stretch);
   visit("growth", measure.growth, &Twin::growth);
+  visit("lost", measure.lost, &Twin::lost);
   visit("seen", measure.seen, &Twin::seen);
 }
 

@@ -73,7 +73,8 @@ Quality judged(const Measure& measure) {
   const bool is_guess = measure.cause() == Cause::unseen;
   const bool is_other = measure.is_start && (measure.stretch > limits.start_stretch ||
                                              is_beyond(measure.growth, limits.start_size));
-  return doubt > 1 || is_guess || is_other ? Quality::doubtful : Quality::good;
+  const bool any_lost = measure.lost >= 0;
+  return doubt > 1 || is_guess || is_other || any_lost ? Quality::doubtful : Quality::good;
 }
 
 Cause Measure::cause() const {
@@ -120,6 +121,10 @@ std::string Measure::reason() const {
       " of the points are farther from the mesh than their noise explains");
   add(", ", agreement.disagreeing, " face another way than the mesh there");
   add(", ", hole, " of the template is one piece without a point");
+  if (lost >= 0) {
+    text += joined(", the component of vertex ", to_text(lost, 15),
+                   " is lost, since nothing was measured where it should be seen");
+  }
   add(", ", overlap, " of it lies on another part");
   return joined(text, ", and edges have changed by ", percent(stretch));
 }

@@ -110,6 +110,8 @@ struct TrackingConstants {
   /// there by more than this on average, each at so many vertices.
   double own_start = 0.5;
   std::size_t vertices_of_start = 50;
+  /// So many vertices of a lost component are sought among the points.
+  std::size_t vertices_of_search = 200;
 
   /// A point that is far from the surface is stray, and of no surface, if the points around it are
   /// so many times farther from it than usual.

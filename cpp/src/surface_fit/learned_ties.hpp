@@ -50,6 +50,8 @@ class LearnedTies {
   /// The same for the differences that are kept.
   [[nodiscard]] std::vector<double> departed(Field x, std::span<const Quaternion> q,
                                              std::span<const double> departures) const;
+  /// Whether a tie between components has at least a quarter of its weight: s^2 is at most sigma^2.
+  [[nodiscard]] bool holds(std::size_t tie) const { return 4 * ties_[tie].weight >= weights_[tie]; }
   /// Sets the weights to those for s^2 (pairs,).
   void set_weights(std::span<const double> departures);
 

@@ -245,8 +245,16 @@ void Matches::weigh(Field x, const Search& search, double points_of_row) {
   }
 }
 
-/// (components,) 1 for those of whose points the scan has more than a small share of what their
-/// place in the views of the sensors promises. Fewer are of something else.
+OrientedPoints Matches::unexplained() const {
+  OrientedPoints far;
+  for (std::size_t i = 0; i < found_.size(); ++i) {
+    if (!is_far(found_[i])) continue;
+    far.points.push_back(points_[i].position);
+    far.normals.push_back(points_[i].is_undecided ? Vector3{} : points_[i].normal);
+  }
+  return far;
+}
+
 std::vector<std::uint8_t> Matches::find_measured() const {
   std::vector<std::uint8_t> is_measured(topology_.report.components, 1);
   if (is_measured.size() < 2) return is_measured;

@@ -15,6 +15,7 @@
 #include "shape/rotations.hpp"
 #include "surface_fit/cloth.hpp"
 #include "surface_fit/constants.hpp"
+#include "surface_fit/lost_components.hpp"
 #include "surface_fit/point_scan.hpp"
 #include "surface_fit/surface_places.hpp"
 #include "surface_fit/surface_rows.hpp"
@@ -69,6 +70,12 @@ class Matches {
   /// Matches the points with X. The result is valid until the next call.
   const Rows& find(Field x, const Search& search);
   [[nodiscard]] const Rows& rows() const { return rows_; }
+  /// (components,) 1 for those of whose points the scan has more than a small share of what their
+  /// place in the views of the sensors promises, of the points that were matched last. Fewer are of
+  /// something else.
+  [[nodiscard]] std::vector<std::uint8_t> find_measured() const;
+  /// The points that are far from X, after `locate`.
+  [[nodiscard]] OrientedPoints unexplained() const;
   /// The distance within which this share of the vertices with a point has one. Where something
   /// else was measured beside the surface, its points are many, but few of them are the nearest.
   [[nodiscard]] double distance_of(double share) const;
@@ -121,7 +128,6 @@ class Matches {
   void for_each_block(const Visit& visit) const;
   [[nodiscard]] double height(const Place& place) const;
   void weigh(Field x, const Search& search, double points_of_row);
-  [[nodiscard]] std::vector<std::uint8_t> find_measured() const;
   [[nodiscard]] std::vector<double> nearest_distances() const;
   [[nodiscard]] std::vector<double> usual_distances() const;
 

@@ -38,6 +38,7 @@ class NonrigidStep {
   /// What is remembered of frame 0.
   void begin(Memory& memory) const;
   [[nodiscard]] LearnedTies& ties() { return ties_; }
+  [[nodiscard]] const LearnedTies& ties() const { return ties_; }
 
   /// What `take` takes.
   struct Draw {

@@ -2,13 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 #include "base/geometry.hpp"
 #include "base/rigid_motion.hpp"
 #include "surface_fit/cloth.hpp"
 #include "surface_fit/joint_motion.hpp"
+#include "surface_fit/lost_components.hpp"
 
 namespace dynmesh {
 namespace {
@@ -61,7 +64,8 @@ int SurfaceTracking::find(const Memory& memory, const PointScan& measurement, co
                           Memory& next) {
   start(memory, measurement, next);
   predict(memory, measurement);
-  const int iterations = approach(memory, guides.fewest_iterations);
+  int iterations = approach(memory, guides.fewest_iterations);
+  if (find_lost()) iterations = approach(memory, guides.fewest_iterations);
   std::vector<Vector3> before = x_;
   for (int left = iterations; left-- > 0;) {
     if (!iterate(left, left == 1, constants_.settled, guides, memory, next)) break;
@@ -207,6 +211,57 @@ int SurfaceTracking::approach(const Memory& memory, int fewest_iterations) {
   return static_cast<int>(std::min<double>(std::ceil(wanted), constants_.most_iterations));
 }
 
+/// (components,) 1 for those that have their points, of which sensors should see nothing, or that
+/// are tied to another one with points, and so are where this holds them.
+std::vector<std::uint8_t> SurfaceTracking::find_placed() const {
+  const auto is_measured = matches_.find_measured();
+  auto is_placed = is_measured;
+  const auto ties = shape_.ties().between();
+  for (std::size_t t = 0; t < ties.size(); ++t) {
+    const std::size_t a = at(model_.topology.component[ties[t].i]);
+    const std::size_t b = at(model_.topology.component[ties[t].j]);
+    if (is_measured[a] == is_measured[b] || !shape_.ties().holds(t)) continue;
+    is_placed[a] = is_placed[b] = 1;
+  }
+  return is_placed;
+}
+
+/// Moves the components that are lost to points that no component explains, the largest first.
+/// Returns whether any was found.
+bool SurfaceTracking::find_lost() {
+  const auto is_lost = [](std::uint8_t is_placed) { return is_placed == 0; };
+  if (std::ranges::none_of(find_placed(), is_lost)) return false;
+  matches_.locate(x_, constants_.resolution);
+  const auto is_placed = find_placed();
+  OrientedPoints unexplained = matches_.unexplained();
+  std::vector<std::vector<std::size_t>> seen(is_placed.size());
+  for (std::size_t v = 0; v < x_.size(); ++v) {
+    const std::size_t component = at(model_.topology.component[v]);
+    if (is_placed[component] == 0 && matches_.seen()[v] != 0) seen[component].push_back(v);
+  }
+  std::vector<std::size_t> order(seen.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::stable_sort(order, std::greater{}, [&](std::size_t c) { return seen[c].size(); });
+  bool any = false;
+  for (const std::size_t component : order) {
+    OrientedPoints part;
+    const std::size_t every = 1 + seen[component].size() / constants_.vertices_of_search;
+    for (std::size_t i = 0; i < seen[component].size(); i += every) {
+      part.points.push_back(x_[seen[component][i]]);
+      part.normals.push_back(matches_.normals()[seen[component][i]]);
+    }
+    const auto motion = found_among(part, unexplained, model_.mean_edge, constants_);
+    if (!motion) continue;
+    any = true;
+    for (std::size_t v = 0; v < x_.size(); ++v) {
+      if (at(model_.topology.component[v]) != component) continue;
+      x_[v] = from_eigen(*motion * to_eigen(x_[v]));
+    }
+  }
+  if (any) matches_.look(x_);
+  return any;
+}
+
 /// Matches the points with X, and then finds X for these and the landmarks; `left` iterations are
 /// to follow. Returns false if there are neither.
 bool SurfaceTracking::iterate(int left, bool fits_modes, double settled, const Guides& guides,
@@ -244,7 +299,17 @@ SurfaceTracking::Found SurfaceTracking::compared(int iterations) {
       if (place.shares[s] > 0) observed_[place.corners[s]] = 1;
     }
   });
-  return {x_, observed_, iterations, matches_.agreements()};
+  // What few points lie at a component that should have many is not observed.
+  const auto is_measured = matches_.find_measured();
+  const auto is_placed = find_placed();
+  std::vector<std::vector<std::size_t>> lost(is_placed.size());
+  for (std::size_t v = 0; v < x_.size(); ++v) {
+    const std::size_t component = at(model_.topology.component[v]);
+    if (is_measured[component] == 0) observed_[v] = 0;
+    if (is_placed[component] == 0) lost[component].push_back(v);
+  }
+  const auto largest = std::ranges::max_element(lost, {}, &std::vector<std::size_t>::size);
+  return {x_, observed_, iterations, matches_.agreements(), *largest};
 }
 
 void SurfaceTracking::remember(const Memory& memory, bool moves, Memory& next) {

@@ -60,6 +60,8 @@ class SurfaceTracking {
     std::span<const std::uint8_t> observed;  ///< (k,) 1 for vertices that have a measured point
     int iterations = 0;
     Agreements agreements = {};  ///< how well the positions explain the points
+    /// The vertices of the largest component that is lost; none if none is.
+    std::vector<std::size_t> lost = {};
   };
 
   /// Finds the surface in a frame from what is remembered of the last one. `next` then holds the
@@ -124,6 +126,8 @@ class SurfaceTracking {
   void predict_components(const Memory& memory, Field led_to, const PointScan& measurement);
   [[nodiscard]] std::vector<Vector3> wanted_differences(const Memory& memory);
   int approach(const Memory& memory, int fewest_iterations);
+  bool find_lost();
+  [[nodiscard]] std::vector<std::uint8_t> find_placed() const;
   bool iterate(int left, bool fits_modes, double settled, const Guides& guides,
                const Memory& memory, Memory& next);
   Found observe(int iterations);

@@ -13,7 +13,7 @@ namespace dynmesh {
 namespace {
 
 constexpr double pixels_of_edge = 2;
-constexpr double most_pixels = 640;  // in each direction
+constexpr double pixels_across = 640;  // at most, in each direction
 /// What lies before a vertex by less than this many mean edges does not hide it.
 constexpr double least_gap = 0.1;
 
@@ -36,7 +36,7 @@ class View {
       depth += z / static_cast<double>(x.size());
     }
     const double pixel =
-        std::max(mean_edge / (pixels_of_edge * depth), extent.sizes().maxCoeff() / most_pixels);
+        std::max(mean_edge / (pixels_of_edge * depth), extent.sizes().maxCoeff() / pixels_across);
     width_ = static_cast<std::ptrdiff_t>(extent.sizes()[0] / pixel) + 1;
     const auto height = static_cast<std::ptrdiff_t>(extent.sizes()[1] / pixel) + 1;
     nearest_.assign(static_cast<std::size_t>(width_ * height),

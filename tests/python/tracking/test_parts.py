@@ -231,6 +231,35 @@ def test_parts_are_let_go_where_they_move_apart_and_kept_where_not(
     assert max(last) < of_a_part
 
 
+def test_a_part_that_left_between_two_frames_is_found() -> None:
+    """A body that has parted from the others, and then jumps by five times its size."""
+    faces, frames, labels = frames_of(bodies_that_part)
+    frames = frames.copy()
+    frames[6:, labels == 0] += np.array([4.0, 1.0, 0.5])
+    errors = tracked(faces, frames, 4)
+    assert errors[:, labels == 0].mean(axis=1).max() < 0.3
+
+
+def test_a_part_without_points_is_told_to_be_lost() -> None:
+    """A body that has parted from the others, and then is measured no more, stays and is named."""
+    faces, frames, labels = frames_of(bodies_that_part)
+    cameras = losses.orbit(np.stack([frames.min(axis=(0, 1)), frames.max(axis=(0, 1))]), 4)(0)
+    tracker = Tracker(faces, frames[0])
+    scans = losses.scan_points(frames[1:], faces, cameras, points=12_000, noise=0.05)
+    for number, (truth, scan) in enumerate(zip(frames[1:], scans, strict=True)):
+        of_last = labels[cKDTree(truth).query(scan.points)[1]] == 3
+        kept = ~of_last if number >= 4 else np.full(len(of_last), True)
+        assert scan.normals is not None
+        tracker.push(scan.points[kept], scan.normals[kept], viewpoints=scan.viewpoints)
+        if number < 4:
+            assert (tracker.report.quality, tracker.report.lost) == ("good", -1)
+            continue
+        assert tracker.report.quality == "doubtful"
+        assert labels[int(tracker.report.lost)] == 3
+        assert f"vertex {int(tracker.report.lost)} " in tracker.report.reason
+        assert not tracker.observed[labels == 3].any()
+
+
 THICKNESS = 0.36  # of the plate, in mean edges of its upper side
 
 
