@@ -58,8 +58,9 @@ void Disconnected::complete(const Memory& memory, Memory& next,
   };
   const bool stays = rule_ == DisconnectedRule::hold || all_anchors_.empty();
   if (!stays) {
-    for (const Leaders::Lead& lead : leaders_.find(may_lead_, memory.departures)) {
+    for (const Leaders::Lead& lead : leaders_.find(may_lead_, memory.departures, memory.last)) {
       if (is_complete_[at(lead.follower)] != 0) continue;
+      leaders_.agree(lead, next.last);
       move(at(lead.follower), motion_of(lead, memory.last, next.last, rotations));
     }
   }
@@ -79,7 +80,7 @@ void Disconnected::complete(const Memory& memory, Memory& next,
 RigidMotion Disconnected::motion_of(const Leaders::Lead& lead, Field previous, Field points,
                                     std::span<const Quaternion> rotations) const {
   Moments moments;
-  leaders_.for_each_place(lead, [&](Index v, double weight) {
+  leaders_.for_each_place_around(lead, [&](Index v, double weight) {
     moments.add({weight, to_eigen(previous[v]), to_eigen(points[v]), {}});
   });
   RigidMotion motion = fit_rigid_motion(moments);

@@ -29,11 +29,11 @@ class Disconnected {
   /// already complete.
   ///
   /// Under `follow`, a component moves with the rigid motion, from the previous to the current
-  /// frame, of the vertices of its leader that are near it. If these are near a line, compared with
-  /// its distance from them, it is turned by its own rotation, and shifted as they are on average.
-  /// If nothing leads it, it moves with the rigid motion of all anchors, or their mean translation
-  /// if these are fewer than three or on a line, and without any anchor it stays. Nothing is done
-  /// if no vertex is disconnected.
+  /// frame, of the vertices of its leaders that are near it. If these are near a line, compared
+  /// with its distance from them, it is turned by its own rotation, and shifted as they are on
+  /// average. If nothing leads it, it moves with the rigid motion of all anchors, or their mean
+  /// translation if these are fewer than three or on a line, and without any anchor it stays.
+  /// Nothing is done if no vertex is disconnected.
   ///
   /// (components,) `rotations` are those of the components from the previous frame. Without any,
   /// only vertices on a line do not turn what they lead.

@@ -9,6 +9,7 @@
 
 #include "base/geometry.hpp"
 #include "base/point_tree.hpp"
+#include "base/rigid_motion.hpp"
 #include "mesh/clusters.hpp"
 #include "mesh/ties.hpp"
 
@@ -32,6 +33,10 @@ constexpr double largest_departure = 1e60;
 constexpr double share_of_leader = 0.1;
 /// The trust in a way through a component that does not lead itself.
 constexpr double trust_through = 0.1;
+/// What has a smaller share of the greatest trust does not lead a component along with others. It
+/// is more than what a way through a component that is hardly more trusted can have.
+constexpr double least_share = 0.15;
+constexpr int agreements = 5;
 /// Frames are scaled so that their coordinates are at most this, and their squares in range.
 constexpr double largest_scaled = 1e150;
 /// Trusts that differ by less are equal.
@@ -42,7 +47,7 @@ constexpr double rounding = 1e-9;
 Leaders::Leaders(const Topology& topology, Field first_frame, const TrainingFrames& training)
     : first_frame_(first_frame),
       mean_edge_(mean_edge_length(topology.cells, first_frame)),
-      scale_(1 / mean_edge_),
+      scale_(std::exp2(-std::ilogb(mean_edge_))),
       rank_(topology.report.components, none),
       pairs_of_(rank_.size()),
       of_component_(rank_.size()) {
@@ -51,7 +56,8 @@ Leaders::Leaders(const Topology& topology, Field first_frame, const TrainingFram
   double largest = 0;
   for (const auto& x : first_frame)
     largest = std::max({largest, std::abs(x.x), std::abs(x.y), std::abs(x.z)});
-  scale_ = std::min(scale_, largest_scaled / largest);
+  while (scale_ * largest > largest_scaled) scale_ /= 2;
+  squared_edge_ = std::pow(scale_ * mean_edge_, 2);
   const std::size_t others =
       std::min(n - 1, std::clamp<std::size_t>(most_pairs / n, 2, most_others));
   find_pairs(topology, others);
@@ -66,6 +72,10 @@ Leaders::Leaders(const Topology& topology, Field first_frame, const TrainingFram
     }
   }
   leads_.reserve(n);
+  shares_.resize(pairs_.size());
+  std::size_t most = 0;
+  for (const auto& pairs : pairs_of_) most = std::max(most, pairs.size());
+  beside_.reserve(most);
 }
 
 /// Compares each component with those that are nearest to some of its vertices, and keeps the pairs
@@ -122,7 +132,7 @@ void Leaders::find_pairs(const Topology& topology, std::size_t others) {
       tree.search(array_of(scale_ * first_frame_[v]), radius, visit);
       for (const Nearest& of : nearest) {
         Other& other = found[rank_[at(of.component)]];
-        const double weight = 1 / (1 + of.squared);
+        const double weight = 1 / (1 + of.squared / squared_edge_);
         other.nearness += weight / static_cast<double>(samples.size());
         other.places.push_back({{static_cast<Index>(v), of.vertex}, weight});
       }
@@ -179,7 +189,8 @@ double Leaders::squared_departure(const Pair& pair, Field x) const {
       sum += change * change;
     }
   }
-  const double mean = sum / static_cast<double>(pair.measured[0].size() * pair.measured[1].size());
+  const auto n = static_cast<double>(pair.measured[0].size() * pair.measured[1].size());
+  const double mean = sum / n / squared_edge_;
   return mean < largest_departure ? mean : largest_departure;  // also if it is not a number
 }
 
@@ -202,6 +213,16 @@ Leaders::Lead Leaders::lead_of(Index follower, std::size_t number, double depart
   return {follower, pair.components[1 - side], number, near / (far * far)};
 }
 
+/// The same, if the other one may not lead through what leads it.
+Leaders::Lead Leaders::trust_of(Index follower, std::size_t number,
+                                std::span<const std::uint8_t> may_lead, double departure) const {
+  Lead lead = lead_of(follower, number, departure);
+  if (may_lead[at(lead.leader)] == 0) {
+    lead.trust *= trust_through * of_component_[at(lead.leader)].trust;
+  }
+  return lead;
+}
+
 bool Leaders::is_better(const Lead& lead, const Lead& than) const {
   if (!(lead.trust > 0)) return false;
   if (std::abs(lead.trust - than.trust) > rounding * lead.trust) return lead.trust > than.trust;
@@ -219,7 +240,7 @@ Leaders::Lead Leaders::best(Index component, std::span<const std::uint8_t> may_l
 }
 
 std::span<const Leaders::Lead> Leaders::find(std::span<const std::uint8_t> may_lead,
-                                             std::span<const double> departures) {
+                                             std::span<const double> departures, Field x) {
   std::ranges::fill(of_component_, Lead{});
   bool is_changed = true;
   for (std::size_t n = 0; n < of_component_.size() && is_changed; ++n) {
@@ -227,10 +248,7 @@ std::span<const Leaders::Lead> Leaders::find(std::span<const std::uint8_t> may_l
     for (std::size_t pair = 0; pair < pairs_.size(); ++pair) {
       for (const Index follower : pairs_[pair].components) {
         if (may_lead[at(follower)] != 0) continue;
-        Lead lead = lead_of(follower, pair, departures[pair]);
-        if (may_lead[at(lead.leader)] == 0) {
-          lead.trust *= trust_through * of_component_[at(lead.leader)].trust;
-        }
+        const Lead lead = trust_of(follower, pair, may_lead, departures[pair]);
         if (!is_better(lead, of_component_[at(follower)])) continue;
         of_component_[at(follower)] = lead;
         is_changed = true;
@@ -242,7 +260,69 @@ std::span<const Leaders::Lead> Leaders::find(std::span<const std::uint8_t> may_l
     if (lead.trust > 0) leads_.push_back(lead);
   }
   std::ranges::sort(leads_, std::greater{}, &Lead::trust);
+  for (const Lead& lead : leads_) {
+    share_out(lead, may_lead, departures);
+    agree(lead, x);
+  }
   return leads_;
+}
+
+/// Gives shares to what leads a component, by the trust in it.
+void Leaders::share_out(const Lead& lead, std::span<const std::uint8_t> may_lead,
+                        std::span<const double> departures) {
+  for (const std::size_t number : pairs_of_[at(lead.follower)]) {
+    const auto& components = pairs_[number].components;
+    const std::size_t side = components[0] == lead.follower ? 0 : 1;
+    const Index leader = components[1 - side];
+    const double trust = trust_of(lead.follower, number, may_lead, departures[number]).trust;
+    // What is less trusted is not complete when the follower is moved.
+    const bool is_complete =
+        may_lead[at(leader)] != 0 || of_component_[at(leader)].trust > lead.trust;
+    shares_[number][side] = is_complete ? trust / lead.trust : 0;
+  }
+}
+
+void Leaders::agree(const Lead& lead, Field x) {
+  beside_.clear();
+  for (const std::size_t number : pairs_of_[at(lead.follower)]) {
+    const std::size_t side = pairs_[number].components[0] == lead.follower ? 0 : 1;
+    double& share = shares_[number][side];
+    if (share < least_share) {
+      share = 0;
+    } else {
+      beside_.push_back({&share, share, pairs_[number].measured[1 - side]});
+    }
+  }
+  for (int n = 0; beside_.size() > 1 && n < agreements; ++n) {
+    Moments moments;
+    for (const Beside& one : beside_) {
+      const double weight = *one.share / static_cast<double>(one.vertices.size());
+      for (const Index v : one.vertices) {
+        moments.add({weight, to_eigen(scale_ * first_frame_[v]), to_eigen(scale_ * x[v]), {}});
+      }
+    }
+    const RigidMotion motion = fit_rigid_motion(moments);
+    double least = std::numeric_limits<double>::infinity();
+    for (Beside& one : beside_) {
+      one.square = 0;
+      for (const Index v : one.vertices) {
+        const Vector3 off = motion.apply(scale_ * first_frame_[v]) - scale_ * x[v];
+        one.square += squared_norm(off) / static_cast<double>(one.vertices.size());
+      }
+      least = std::min(least, one.square);
+    }
+    for (const Beside& one : beside_) {
+      const double far = 1 + one.square / (sigma * sigma * squared_edge_ + least);
+      *one.share = std::isfinite(far) ? one.trust / (far * far) : 0;
+    }
+    double largest = 0;
+    for (const Beside& one : beside_) largest = std::max(largest, *one.share);
+    if (!(largest > 0)) {
+      for (const Beside& one : beside_) *one.share = one.trust;
+      return;
+    }
+    for (const Beside& one : beside_) *one.share /= largest;
+  }
 }
 
 }  // namespace dynmesh

@@ -14,7 +14,8 @@
 namespace dynmesh {
 
 /// Finds for components of which little or nothing is known the ones that lead them: those that
-/// touch them in frame 0, and that kept their distances to them where both were seen.
+/// touch them in frame 0, and that kept their distances to them where both were seen. Several lead
+/// together as far as they move as parts of one rigid body.
 ///
 /// The weight of a pair of components is n / (1 + s^2 / sigma^2)^2. n, from 0 to 1, is the share of
 /// one of both that touches the other: the mean of 1 / (1 + d^2), with d the distance of a vertex
@@ -50,21 +51,33 @@ class Leaders {
              std::span<double> next) const;
 
   /// Leads all components that do not lead themselves, as far as there is a way: each by the one of
-  /// the greatest trust, the most trusted first. A way through a component that does not lead
-  /// itself is trusted less. Valid until the next call.
+  /// the greatest trust, and others by their share of it, as far as they agree on how it moved from
+  /// frame 0 to X, which need not be the frame itself. The most trusted are first. A way through a
+  /// component that does not lead itself is trusted less. Valid until the next call.
   std::span<const Lead> find(std::span<const std::uint8_t> may_lead,
-                             std::span<const double> departures);
+                             std::span<const double> departures, Field x);
+  /// Lowers the shares of what leads a component along with others, but moved otherwise from frame
+  /// 0 to X than they, as parts of one rigid body, tell.
+  void agree(const Lead& lead, Field x);
   /// The lead of a component by another one that may lead, directly. Without trust if there is
   /// none.
   [[nodiscard]] Lead best(Index component, std::span<const std::uint8_t> may_lead,
                           std::span<const double> departures) const;
 
-  /// Calls `visit(vertex, weight)` for vertices of the leader that are near the follower.
+  /// Calls `visit(vertex, weight)` for vertices of the leader of a `best` lead that are near the
+  /// follower.
   template <class Visit>
   void for_each_place(const Lead& lead, const Visit& visit) const {
-    const Pair& pair = pairs_[lead.pair];
-    const std::size_t side = pair.components[0] == lead.leader ? 0 : 1;
-    for (const Place& place : pair.places) visit(place.vertices[side], place.weight);
+    visit_places(lead.pair, lead.follower, 1, visit);
+  }
+  /// The same for a lead that was found last, with the places of all that the follower trusts about
+  /// as much.
+  template <class Visit>
+  void for_each_place_around(const Lead& lead, const Visit& visit) const {
+    for (const std::size_t pair : pairs_of_[static_cast<std::size_t>(lead.follower)]) {
+      const std::size_t side = pairs_[pair].components[0] == lead.follower ? 0 : 1;
+      if (shares_[pair][side] > 0) visit_places(pair, lead.follower, shares_[pair][side], visit);
+    }
   }
 
  private:
@@ -79,20 +92,41 @@ class Leaders {
     std::array<std::vector<Index>, 2> measured;  // some vertices of each of these, well spread
   };
 
+  template <class Visit>
+  void visit_places(std::size_t number, Index follower, double share, const Visit& visit) const {
+    const Pair& pair = pairs_[number];
+    const std::size_t side = pair.components[0] == follower ? 1 : 0;
+    for (const Place& place : pair.places) visit(place.vertices[side], share * place.weight);
+  }
   void find_pairs(const Topology& topology, std::size_t others);
   void choose_measured(Pair& pair) const;
   [[nodiscard]] double squared_departure(const Pair& pair, Field x) const;
   [[nodiscard]] Lead lead_of(Index follower, std::size_t number, double departure) const;
+  [[nodiscard]] Lead trust_of(Index follower, std::size_t number,
+                              std::span<const std::uint8_t> may_lead, double departure) const;
+  void share_out(const Lead& lead, std::span<const std::uint8_t> may_lead,
+                 std::span<const double> departures);
   [[nodiscard]] bool is_better(const Lead& lead, const Lead& than) const;
 
   Field first_frame_;
   double mean_edge_;
-  double scale_;             // to mean edges
+  double scale_;  // a power of two, with which no position is rounded, that makes edges about 1
+  double squared_edge_ = 1;  // the square of the mean one, scaled
   std::vector<Index> rank_;  // (components,) in an order that does not depend on their numbers
   std::vector<Pair> pairs_;
   std::vector<std::vector<std::size_t>> pairs_of_;  // of each component
   std::vector<double> trained_;
-  std::vector<Lead> of_component_, leads_;  // of one call
+  // Of one call:
+  std::vector<Lead> of_component_, leads_;
+  std::vector<double> best_at_;  // (k,)
+  struct Beside {
+    double* share;
+    double trust;
+    std::span<const Index> vertices;
+    double square = 0;
+  };
+  std::vector<Beside> beside_;
+  std::vector<std::array<double, 2>> shares_;  // (pairs,) of each component in leading the other
 };
 
 }  // namespace dynmesh

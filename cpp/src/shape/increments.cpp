@@ -81,6 +81,7 @@ Increments::Increments(const ShapeModel& model, double noise, Leaders& leaders, 
       is_known_(first_.size()),
       is_seen_(first_.size()),
       turns_(first_.size()),
+      predicted_(first_.size() > 1 ? model.size() : 0),
       equations_(clusters_.size()),
       increments_(clusters_.size()),
       of_components_(first_.size()) {
@@ -106,7 +107,7 @@ std::span<const Quaternion> Increments::find(Field previous, Field observed,
     increments_[c] = first_[component_of_[c]].rotation;
   }
   turn_clusters();
-  follow(departures);
+  follow(previous, departures);
   for (std::size_t c = 0; c < increments_.size(); ++c) {
     of_components_[component_of_[c]] = increments_[c];
   }
@@ -204,9 +205,9 @@ void Increments::turn_clusters() {
 /// Lets components whose anchors do not determine R turn as their leaders do where they are near
 /// them: those with anchors first, which turn further as these tell, and then the others, which
 /// they may lead.
-void Increments::follow(std::span<const double> departures) {
+void Increments::follow(Field previous, std::span<const double> departures) {
   const auto take = [&](const Leaders::Lead& lead) {
-    const Quaternion rotation = first_[at(lead.follower)].rotation = rotation_at(lead);
+    const Quaternion rotation = first_[at(lead.follower)].rotation = rotation_around(lead);
     for (const Index c : clusters_of_[at(lead.follower)]) {
       omega_[c] = {};
       increments_[c] = rotation;
@@ -215,26 +216,48 @@ void Increments::follow(std::span<const double> departures) {
   const auto all = [](const std::vector<std::uint8_t>& flags) {
     return std::ranges::all_of(flags, [](auto flag) { return flag != 0; });
   };
-  if (all(is_known_)) return;
+  if (all(is_known_) || first_.size() < 2) return;
   bool any_turns = false;
-  for (const Leaders::Lead& lead : leaders_.find(is_known_, departures)) {
+  for (const Leaders::Lead& lead : leaders_.find(is_known_, departures, predicted(previous))) {
     take(lead);
     any_turns |= moments_of_components_[at(lead.follower)].number > 1;
   }
   if (any_turns) turn_clusters();
   if (all(is_seen_)) return;
-  for (const Leaders::Lead& lead : leaders_.find(is_seen_, departures)) take(lead);
+  for (const Leaders::Lead& lead : leaders_.find(is_seen_, departures, predicted(previous)))
+    take(lead);
 }
 
-/// The mean D of the clusters of the leader that are near the follower.
+/// (k,) where the components with anchors are if they have turned by D.
+Field Increments::predicted(Field previous) {
+  workers_.for_each_in_chunks(previous.size(), [&](std::size_t v) {
+    const Moments& moments = moments_of_components_[at(topology_.component[v])];
+    const auto arm = previous[v] - from_eigen(moments.before);
+    predicted_[v] = moments.number == 0 ? previous[v]
+                                        : rotated(increments_[at(clusters_.of_vertex[v])], arm) +
+                                              from_eigen(moments.now);
+  });
+  return predicted_;
+}
+
+/// The mean D of the clusters of what leads a component that are near it.
+Quaternion Increments::rotation_around(const Leaders::Lead& lead) const {
+  Quaternion sum{};
+  leaders_.for_each_place_around(lead,
+                                 [&](Index v, double weight) { add_rotation(v, weight, sum); });
+  return normalized(sum);
+}
+/// The same of its leader alone.
 Quaternion Increments::rotation_at(const Leaders::Lead& lead) const {
   Quaternion sum{};
-  leaders_.for_each_place(lead, [&](Index v, double weight) {
-    const Quaternion& q = increments_[at(clusters_.of_vertex[v])];
-    // q and -q are the same rotation.
-    sum = plus(sum, dot(sum, q) < 0 ? -weight : weight, q);
-  });
+  leaders_.for_each_place(lead, [&](Index v, double weight) { add_rotation(v, weight, sum); });
   return normalized(sum);
+}
+
+void Increments::add_rotation(Index v, double weight, Quaternion& sum) const {
+  const Quaternion& q = increments_[at(clusters_.of_vertex[v])];
+  // q and -q are the same rotation.
+  sum = plus(sum, dot(sum, q) < 0 ? -weight : weight, q);
 }
 
 std::span<const Turn> Increments::turns(std::span<const double> departures) {

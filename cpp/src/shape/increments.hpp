@@ -91,7 +91,10 @@ class Increments {
   void find_arms();
   void find_first();
   void turn_clusters();
-  void follow(std::span<const double> departures);
+  void follow(Field previous, std::span<const double> departures);
+  Field predicted(Field previous);
+  [[nodiscard]] Quaternion rotation_around(const Leaders::Lead& lead) const;
+  void add_rotation(Index v, double weight, Quaternion& sum) const;
   [[nodiscard]] Quaternion rotation_at(const Leaders::Lead& lead) const;
   [[nodiscard]] static First first_of(const Moments& moments, double least_across);
   void find_equations();
@@ -122,6 +125,7 @@ class Increments {
   std::vector<First> first_;                      // (components,)
   std::vector<std::uint8_t> is_known_, is_seen_;  // (components,) whether R or anchors are known
   std::vector<Turn> turns_;
+  std::vector<Vector3> predicted_;
   std::vector<Equation> equations_;  // (clusters,)
   std::vector<Vector3> omega_, step_, residual_, preconditioned_, direction_, product_;
   std::vector<Quaternion> increments_, of_components_;  // D

@@ -127,14 +127,28 @@ class Increments:
         is_led = ~np.isin(self.part, list(self.told)) & (self.label.max() > 0)
         self.hold = 1e-4 * is_led
         omega, turns = self._turned(arms, anchors, np.zeros((n, 3)), first)
-        leads = self.leaders.find(self.told)
+        leads = self.leaders.find(self.told, self._predicted(previous, points, known, turns))
         for lead in leads:
             self._take(lead, omega, turns, first)
         if any((self.label[known] == lead.follower).sum() > 1 for lead in leads):
             omega, turns = self._turned(arms, anchors, omega, first)
-        for lead in self.leaders.find({int(part) for part in self.label[known]}):
+        for lead in self.leaders.find(
+            set(self.label[known].tolist()), self._predicted(previous, points, known, turns)
+        ):
             self._take(lead, omega, turns, first)
         return turns
+
+    def _predicted(
+        self, previous: Array, points: Array, known: NDArray[np.bool_], turns: Array
+    ) -> Array:
+        """Where the parts with known vertices are if they have turned so."""
+        result = previous.copy()
+        for part in np.unique(self.label[known]):
+            own = self.label == part
+            before, after = (x[own & known].mean(axis=0) for x in (previous, points))
+            turn = turns[self.cluster[own]]
+            result[own] = np.einsum("nij,nj->ni", turn, previous[own] - before) + after
+        return result
 
     def _take(self, lead: Lead, omega: Array, turns: Array, first: Array) -> None:
         """Turns a component as what leads it turns near it."""

@@ -1,5 +1,6 @@
 """Which components of a mesh others move with, in NumPy, slow and simple, for comparison."""
 
+import itertools
 from collections.abc import Iterator
 from typing import NamedTuple
 
@@ -8,13 +9,29 @@ from numpy.typing import NDArray
 from reference import Array, Edges, best_rotations, components, mean_edge, order_of, rigid_motion
 
 
-class Lead(NamedTuple):
-    """One component moves as another one does: as its vertices that are near, with weights."""
+class Share(NamedTuple):
+    """What leads a component with others: its vertices beside it, with weights, and its share."""
 
-    follower: int
-    leader: int
     vertices: NDArray[np.int64]
     weights: Array
+    measured: list[int]
+    trust: float
+    share: float
+
+
+class Lead(NamedTuple):
+    """A component moves as others do."""
+
+    follower: int
+    shares: list[Share]
+
+    @property
+    def vertices(self) -> NDArray[np.int64]:
+        return np.concatenate([one.vertices for one in self.shares])
+
+    @property
+    def weights(self) -> Array:
+        return np.concatenate([one.share * one.weights for one in self.shares])
 
 
 class Pair(NamedTuple):
@@ -108,21 +125,61 @@ class Leaders:
                 near = pair.nearness[side] + 0.1 * pair.nearness[1 - side]
                 yield follower, leader, near / far, pair, 1 - side
 
-    def find(self, may_lead: set[int]) -> list[Lead]:
+    def find(self, may_lead: set[int], previous: Array) -> list[Lead]:
         """Leads all components that do not lead themselves, as far as there is a way."""
-        best: dict[int, tuple[float, int, Lead]] = {}
+        best: dict[int, tuple[float, int]] = {}
         for _ in self.parts:
-            for follower, leader, weight, pair, side in self._weights():
+            for follower, leader, weight, *_ in self._weights():
                 if follower in may_lead or (leader not in may_lead and leader not in best):
                     continue
                 trust = weight if leader in may_lead else 0.1 * weight * best[leader][0]
-                last, rank = best.get(follower, (0.0, 0, None))[:2]
+                last, rank = best.get(follower, (0.0, 0))
                 here = self.parts.index(leader)
                 is_equal = abs(trust - last) <= 1e-9 * trust
                 if here < rank if is_equal else trust > last:
-                    lead = Lead(follower, leader, pair.places[:, side], pair.weights)
-                    best[follower] = (trust, here, lead)
-        return [lead for *_, lead in sorted(best.values(), key=lambda found: -found[0])]
+                    best[follower] = (trust, here)
+        leads = {part: Lead(part, []) for part in sorted(best, key=lambda part: -best[part][0])}
+        for follower, leader, weight, pair, side in self._weights():
+            if follower not in best:
+                continue
+            if leader in may_lead:
+                share = weight / best[follower][0]
+            elif leader in best and best[leader][0] > best[follower][0]:
+                share = 0.1 * weight * best[leader][0] / best[follower][0]
+            else:
+                continue
+            beside = Share(pair.places[:, side], pair.weights, pair.measured[side], share, share)
+            leads[follower].shares.append(beside)
+        return [self.agreed(lead, previous) for lead in leads.values()]
+
+    def agreed(self, lead: Lead, frame: Array) -> Lead:
+        """Lowers the shares of what moved otherwise since frame 0 than others."""
+        shares = [one for one in lead.shares if one.share >= 0.15]
+        shares = [one._replace(trust=one.share) for one in shares]
+        for _ in range(5 if len(shares) > 1 else 0):
+            v = np.concatenate([one.measured for one in shares])
+            w = np.concatenate(
+                [[one.share / len(one.measured)] * len(one.measured) for one in shares]
+            )
+            w /= w.sum()
+            before, after = self.frame[v] / self.h, frame[v] / self.h
+            p, q = before - w @ before, after - w @ after
+            covariance = (w[:, None] * q).T @ p
+            spread = np.linalg.svd(covariance)[1]
+            is_line = spread[1] <= 1e-10 * spread[0]
+            turn = np.eye(3) if is_line else best_rotations(covariance[None])[0]
+            off = ((p @ turn.T - q) ** 2).sum(axis=1)
+            ends = np.cumsum([0, *(len(one.measured) for one in shares)])
+            squares = [off[a:b].mean() for a, b in itertools.pairwise(ends)]
+            found = [
+                one.trust / (1 + square / (0.25 + min(squares))) ** 2
+                for one, square in zip(shares, squares, strict=True)
+            ]
+            shares = [
+                one._replace(share=share / max(found))
+                for one, share in zip(shares, found, strict=True)
+            ]
+        return Lead(lead.follower, shares)
 
     def follow(self, previous: Array, completed: Array, known: NDArray[np.bool_]) -> Array:
         """Moves the components without known vertices of a frame of method motion."""
@@ -134,8 +191,9 @@ class Leaders:
         for part in missing:
             own = self.label == part
             result[own] = rigid_motion(previous[known], completed[known], previous[own])
-        for lead in self.find({part for part in self.parts if counts[part] >= 4}):
-            if counts[lead.follower] == 0:
+        for found in self.find({part for part in self.parts if counts[part] >= 4}, previous):
+            if counts[found.follower] == 0:
+                lead = self.agreed(found, result)
                 own, w = self.label == lead.follower, lead.weights / lead.weights.sum()
                 before, after = previous[lead.vertices], result[lead.vertices]
                 p, q = before - w @ before, after - w @ after
