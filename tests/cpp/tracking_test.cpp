@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -111,7 +112,8 @@ double slope_after(int steps) {
   const Topology topology = build_topology(mesh.faces(), k);
   const DetailOperator operator_of_shape =
       build_detail_operator(triangles_of(mesh), topology.cells, rows_of(mesh.vertices));
-  ShapeSystem system(operator_of_shape, workers);
+  ShapeSystem system(operator_of_shape,
+                     std::make_shared<const FactorPlan>(normal_matrix(operator_of_shape)), workers);
   system.take_planes(steps);
   Field normals = random_field(k, 1);
   for (auto& n : normals) n = (1 / std::sqrt(squared_norm(n))) * n;
@@ -152,12 +154,11 @@ double slope_of_rows_after(int steps) {
   const Topology topology = build_topology(mesh.faces(), k);
   const Field first = rows_of(mesh.vertices);
   const ShapeModel model(topology, triangles_of(mesh), first, {}, 0, workers);
-  ShapeSystem shape(model.k, workers, std::vector<double>(k, 0.0));
   TrackingConstants constants;
   constants.steps = steps;
   const std::vector<Tie> ties = {{3, 100, 2.0}};
   const std::vector<Landmark> landmarks = {{7, {1, 2, 3}, 0.4}};
-  SurfaceSystem system(shape, model, constants, ties, workers);
+  SurfaceSystem system(model, std::vector<double>(k), constants, ties, workers);
   std::vector<SurfaceRow> rows;
   const Field normals = random_field(2 * k, 1);
   const Field points = random_field(2 * k, 2);
@@ -171,12 +172,12 @@ double slope_of_rows_after(int steps) {
   const Field residual = random_field(k, 3);
   system.factorize(rows, landmarks, 1);
   Field force(k);
-  shape.apply_transposed(residual, force);
+  system.pull_back(residual, force);
   Field d(k);
   system.solve(rows, landmarks, 0, d, force);
   const auto energy = [&](const Field& x) {
     Field detail(k);
-    shape.apply(x, 1, detail);
+    apply_operator(model.k, x, 1, detail, workers);
     double sum = 2.0 * squared_norm(x[3] - x[100]);
     sum += 0.4 * squared_norm(x[7] - landmarks[0].target);
     for (std::size_t v = 0; v < k; ++v) {

@@ -45,8 +45,12 @@ std::size_t largest_borders(const Elimination& plan) {
 
 }  // namespace
 
-FactorPlan::FactorPlan(const SparseMatrix& of) : elimination(plan_elimination(of)) {
-  matrix = permuted(of, elimination);
+FactorPlan::FactorPlan(const SparseMatrix& of)
+    : FactorPlan(of, std::make_shared<const Elimination>(plan_elimination(of))) {}
+
+FactorPlan::FactorPlan(const SparseMatrix& of, std::shared_ptr<const Elimination> order)
+    : elimination(std::move(order)) {
+  matrix = permuted(of, *elimination);
   for (Index j = 0; j < matrix.cols(); ++j) least_pivots.push_back(singular * matrix.coeff(j, j));
 }
 
@@ -54,7 +58,7 @@ MaskedFactor::MaskedFactor(std::shared_ptr<const FactorPlan> plan, Workers& work
                            const Kernels& kernels)
     : shared_(std::move(plan)),
       matrix_(shared_->matrix),
-      plan_(shared_->elimination),
+      plan_(*shared_->elimination),
       kernels_(kernels),
       workers_(workers),
       workspaces_(at(workers.threads())) {

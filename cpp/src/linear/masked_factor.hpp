@@ -51,8 +51,10 @@ Elimination plan_elimination(const SparseMatrix& matrix);
 /// A positive semidefinite matrix in the order of its elimination, which several factors share.
 struct FactorPlan {
   explicit FactorPlan(const SparseMatrix& of);
+  /// In the order of another matrix, which has entries in the same places.
+  FactorPlan(const SparseMatrix& of, std::shared_ptr<const Elimination> order);
 
-  Elimination elimination;
+  std::shared_ptr<const Elimination> elimination;
   SparseMatrix matrix;               ///< the lower triangle, rows and columns by positions
   std::vector<double> least_pivots;  ///< (n,) by positions
 };
@@ -70,7 +72,7 @@ class MaskedFactor {
   MaskedFactor(const SparseMatrix& matrix, Workers& workers,
                const Kernels& kernels = best_kernels())
       : MaskedFactor(std::make_shared<const FactorPlan>(matrix), workers, kernels) {}
-  /// Of the matrix of another factor.
+  /// Of a matrix that several factors share.
   MaskedFactor(std::shared_ptr<const FactorPlan> plan, Workers& workers,
                const Kernels& kernels = best_kernels());
 

@@ -83,6 +83,15 @@ void apply_operator(const DetailOperator& k, Field x, int fields, std::span<Vect
   });
 }
 
+void multiply_by_c(const DetailOperator& k, Field x, std::span<Vector3> products,
+                   Workers& workers) {
+  OperatorData c = data_of(k);
+  c.scale = nullptr;
+  workers.for_each_short_chunk(static_cast<Index>(k.size()), [&](Index first, Index last) {
+    best_kernels().rotations.multiply(c, x.data(), 1, nullptr, products.data(), first, last);
+  });
+}
+
 DetailOperator smoother_of(const Cells& cells) {
   Entries entries;
   for (Index v = 0; v < std::ssize(cells.offsets) - 1; ++v) {

@@ -60,6 +60,9 @@ DetailOperator build_detail_operator(std::span<const Triangle> faces, const Cell
 void apply_operator(const DetailOperator& k, Field x, int fields, std::span<Vector3> products,
                     Workers& workers);
 
+/// products = C x, of which K^T is made.
+void multiply_by_c(const DetailOperator& k, Field x, std::span<Vector3> products, Workers& workers);
+
 /// Averages over one-rings: half the value of a vertex plus half the mean of its cell.
 DetailOperator smoother_of(const Cells& cells);
 /// Averages fields that many times, as `apply_operator` takes them. `scratch` has the same size.

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "base/geometry.hpp"
 #include "mesh/clusters.hpp"
@@ -50,15 +49,14 @@ void add(Gains& gains, const Gains& other, double kept = 1) {
 
 }  // namespace
 
-FirstOrder::FirstOrder(const ShapeModel& model, std::shared_ptr<const FactorPlan> of_detail,
-                       Workers& workers)
+FirstOrder::FirstOrder(const ShapeModel& model, Workers& workers)
     : model_(model),
       topology_(model.topology),
       workers_(workers),
       laplacian_(laplacian_of(model.k)),
       factor_(SparseMatrix(*laplacian_.c), workers),
       nearby_l_(factor_.plan(), workers),
-      nearby_n_(std::move(of_detail), workers),
+      nearby_n_(model.plan, workers),
       order_(in_order(topology_.cells, model.first_frame)),
       drawn_(topology_.report.components),
       is_free_(model.size()),

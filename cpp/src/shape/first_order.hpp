@@ -7,7 +7,6 @@
 #include <cstdint>
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
-#include <memory>
 #include <span>
 #include <vector>
 
@@ -36,9 +35,8 @@ namespace dynmesh {
 /// the same for any number of threads.
 class FirstOrder {
  public:
-  /// `of_detail` is the plan of N. `model` and `workers` must outlive this object.
-  FirstOrder(const ShapeModel& model, std::shared_ptr<const FactorPlan> of_detail,
-             Workers& workers);
+  /// `model` and `workers` must outlive this object.
+  FirstOrder(const ShapeModel& model, Workers& workers);
 
   /// A frame that detail has completed, (k,) each.
   struct Frame {

@@ -20,6 +20,7 @@ ShapeModel::ShapeModel(const Topology& mesh_topology, std::span<const Triangle> 
       first_frame(frame),
       mean_edge(mean_edge_length(topology.cells, frame)),
       k(build_detail_operator(faces, topology.cells, frame)),
+      plan(std::make_shared<const FactorPlan>(normal_matrix(k))),
       rounding(k, mean_edge, epsilon),
       surroundings(topology.cells, frame, mean_edge),
       first_shape(detail_of(frame, k, workers)),

@@ -3,11 +3,13 @@
 
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
+#include <memory>
 #include <span>
 #include <vector>
 
 #include "base/training_frames.hpp"
 #include "base/workers.hpp"
+#include "linear/masked_factor.hpp"
 #include "shape/detail_operator.hpp"
 #include "shape/modes.hpp"
 #include "shape/rotations.hpp"
@@ -24,6 +26,7 @@ struct ShapeModel {
   Field first_frame;
   double mean_edge;
   DetailOperator k;
+  std::shared_ptr<const FactorPlan> plan;  ///< N = K^T K, of which each solver factors a part
   Rounding rounding;
   Surroundings surroundings;
   std::vector<Vector3> first_shape;  ///< (k,) m_first

@@ -8,12 +8,11 @@
 
 namespace dynmesh {
 
-ShapeSystem::ShapeSystem(const DetailOperator& k, Workers& workers, std::vector<double> membrane)
+ShapeSystem::ShapeSystem(const DetailOperator& k, std::shared_ptr<const FactorPlan> plan,
+                         Workers& workers)
     : operator_(k),
       workers_(workers),
-      membrane_(std::move(membrane)),
-      resistance_(k.size(), 1.0),
-      factor_(normal_matrix(k, membrane_), workers),
+      factor_(std::move(plan), workers),
       scaled_residual_(3 * k.size()),
       solution_(3 * k.size()),
       steps_(k.size()) {}
@@ -35,32 +34,6 @@ void ShapeSystem::multiply_transposed(int fields) {
     best_kernels().rotations.multiply(c, scaled_residual_.data(), fields, rows.data(),
                                       solution_.data(), first, last);
   });
-}
-
-void ShapeSystem::apply_transposed(Field detail, std::span<Vector3> x) {
-  workers_.for_each_in_chunks(operator_.size(), [&](std::size_t v) {
-    scaled_residual_[v] = resistance_[v] * operator_.scale[v] * detail[v];
-  });
-  multiply_transposed(1);
-  scatter(solution_, 1, x);
-}
-
-void ShapeSystem::multiply(Field x, std::span<Vector3> product) {
-  apply(x, 1, scaled_residual_);
-  workers_.for_each_in_chunks(operator_.size(), [&](std::size_t v) {
-    scaled_residual_[v] =
-        resistance_[v] * operator_.scale[v] * scaled_residual_[v] + membrane_[v] * x[v];
-  });
-  multiply_transposed(1);
-  scatter(solution_, 1, product);
-}
-
-void ShapeSystem::precondition(Field right_side, std::span<Vector3> x) {
-  const auto order = solved();
-  workers_.for_each_in_chunks(order.size(),
-                              [&](std::size_t r) { solution_[r] = right_side[at(order[r])]; });
-  factor_.solve(solution_, 1);
-  scatter(solution_, 1, x);
 }
 
 /// Brings rows into the order of vertices; those that are not solved for are 0.

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -67,19 +68,15 @@ struct Anchors {
   }
 };
 
-/// K of frame 0, and N = K^T K restricted to the vertices that are solved for. Fields have one or
-/// three Vector3 for each vertex, side by side.
+/// K of frame 0, and a factor of N = K^T K restricted to the vertices that are solved for, which
+/// belongs to who made it. Fields have one or three Vector3 for each vertex, side by side.
 ///
 /// Allocates memory in the constructor, and in `factorize` if the factor is larger than ever
 /// before.
 class ShapeSystem {
  public:
-  /// `k` and `workers` must outlive this object. (k,) `membrane` are the weights of a membrane at
-  /// the vertices, which `multiply` adds.
-  ShapeSystem(const DetailOperator& k, Workers& workers, std::vector<double> membrane = {});
-
-  /// (k,) mu.
-  [[nodiscard]] std::span<const double> membrane() const { return membrane_; }
+  /// `plan` is that of N, or of N with a membrane. `k` and `workers` must outlive this object.
+  ShapeSystem(const DetailOperator& k, std::shared_ptr<const FactorPlan> plan, Workers& workers);
 
   /// detail = K x.
   void apply(Field x, int fields, std::span<Vector3> detail) const;
@@ -89,9 +86,6 @@ class ShapeSystem {
 
   /// Factors N, plus the weights of noisy anchors, restricted to the vertices that are solved for.
   void factorize(const Anchors& anchors);
-
-  /// That of N.
-  [[nodiscard]] const std::shared_ptr<const FactorPlan>& plan() const { return factor_.plan(); }
 
   /// The vertices that are solved for.
   [[nodiscard]] std::span<const Index> solved() const { return factor_.order(); }
@@ -145,14 +139,6 @@ class ShapeSystem {
   /// valid.
   void exchange_steps(std::vector<ShapeTerms>& kept) noexcept { std::swap(steps_, kept); }
 
-  /// (k,) W, the weights of the rows of K in the two products below; 1 at first.
-  [[nodiscard]] std::span<double> resistance() { return resistance_; }
-  /// While all vertices are solved for, with fields (k,): K^T W of a detail, K^T W K + mu C of
-  /// positions, where mu is the weight of the membrane, and N^-1 of a right-hand side.
-  void apply_transposed(Field detail, std::span<Vector3> x);
-  void multiply(Field x, std::span<Vector3> product);
-  void precondition(Field right_side, std::span<Vector3> x);
-
   /// (3 k,) free to use until the next call of `solve`, whose last result stays valid.
   [[nodiscard]] std::span<Vector3> scratch() { return solution_; }
 
@@ -170,8 +156,6 @@ class ShapeSystem {
 
   const DetailOperator& operator_;  // K
   Workers& workers_;
-  std::vector<double> membrane_;
-  std::vector<double> resistance_;        // W
   MaskedFactor factor_;                   // of N
   std::vector<Vector3> scaled_residual_;  // M^-1/2 times the vector that is multiplied by K^T
   std::vector<Vector3> solution_;         // in the order of elimination

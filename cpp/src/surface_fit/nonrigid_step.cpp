@@ -49,14 +49,14 @@ NonrigidStep::NonrigidStep(const ShapeModel& model, std::span<const Triangle> fa
       topology_(model.topology),
       workers_(workers),
       materials_(materials),
-      system_(model.k, workers, membrane_of(topology_.component, materials)),
       rotations_(model.surroundings, workers),
       fit_(ShapeFit::Of::rest, topology_.cells, workers, 0, model.modes),
       error_bars_(topology_.cells, workers, has_uncertainty, noise_of_points(materials)),
-      membrane_(faces, model.first_frame, model.mean_edge, system_.membrane(), workers),
       ties_(topology_, model.first_frame, outward_normals(model, faces, materials), model.mean_edge,
             constants),
-      surface_system_(system_, model, constants, ties_.all(), workers),
+      surface_system_(model, membrane_of(topology_.component, materials), constants, ties_.all(),
+                      workers),
+      membrane_(faces, model.first_frame, model.mean_edge, surface_system_.membrane(), workers),
       anchors_(model.size(), true),
       rest_(model.first_shape),
       wanted_(model.size()),
@@ -64,7 +64,9 @@ NonrigidStep::NonrigidStep(const ShapeModel& model, std::span<const Triangle> fa
       kx_(model.size()),
       planes_(model.size()),
       forces_(model.size()) {
-  system_.take_planes(constants.steps);
+  if (!fit_.exists() && !error_bars_.exist()) return;
+  of_planes_.emplace(model.k, surface_system_.plan(), workers);
+  of_planes_->take_planes(constants.steps);
 }
 
 void NonrigidStep::begin(Memory& memory) const {
@@ -82,10 +84,7 @@ void NonrigidStep::turn_to(Field x, std::span<const double> departures, Memory& 
 
 bool NonrigidStep::take(const Draw& draw, Field m, std::span<Vector3> x, Memory& next) {
   if (draw.rows.empty() && draw.landmarks.empty()) return false;
-  if (draw.mode_weights > 0 && model_.is_trained) {
-    fit_modes(draw, m, x, next);
-    surface_system_.factorize_again();
-  }
+  if (draw.mode_weights > 0 && fit_.exists()) fit_modes(draw, m, x, next);
   for (std::size_t v = 0; v < x.size(); ++v) {
     const double pull = materials_[topology_.component[v]].pull;
     wanted_[v] = m[v] + pull * (rest_[v] - m[v]);
@@ -98,10 +97,10 @@ bool NonrigidStep::take(const Draw& draw, Field m, std::span<Vector3> x, Memory&
 
 /// Half of the negative gradient of the energies of the shape, the membrane and the ties.
 void NonrigidStep::find_forces(Field x, std::span<const Quaternion> q, double yields_beyond) {
-  system_.apply(x, 1, kx_);
+  apply_operator(model_.k, x, 1, kx_, workers_);
   for (std::size_t v = 0; v < x.size(); ++v) kx_[v] = turned_[v] - kx_[v];
   find_resistance(yields_beyond);
-  system_.apply_transposed(kx_, forces_);
+  surface_system_.pull_back(kx_, forces_);
   membrane_.add_forces(x, forces_);
   for (const Tie& tie : ties_.all()) {
     const auto force = tie.weight * (LearnedTies::kept(tie, q) - (x[tie.i] - x[tie.j]));
@@ -114,7 +113,7 @@ void NonrigidStep::find_forces(Field x, std::span<const Quaternion> q, double yi
 /// which never depart, do not tell what is usual.
 void NonrigidStep::find_resistance(double yields_beyond) {
   if (std::isinf(yields_beyond)) {
-    std::ranges::fill(system_.resistance(), 1.0);
+    std::ranges::fill(surface_system_.resistance(), 1.0);
     return;
   }
   std::vector<double> departures;
@@ -123,7 +122,7 @@ void NonrigidStep::find_resistance(double yields_beyond) {
   std::erase(usual, 0.0);
   const double limit = usual.empty() ? 0 : yields_beyond * quantile(std::move(usual), 0.5);
   for (std::size_t v = 0; v < departures.size(); ++v) {
-    system_.resistance()[v] = departures[v] > limit ? limit / departures[v] : 1;
+    surface_system_.resistance()[v] = departures[v] > limit ? limit / departures[v] : 1;
   }
 }
 
@@ -165,17 +164,18 @@ void NonrigidStep::observe_planes(std::span<const SurfaceRow> rows, Field x) {
 void NonrigidStep::fit_modes(const Draw& draw, Field m, Field x, Memory& next) {
   observe_planes(draw.rows, x);
   for (double& weight : anchors_.weights) weight *= draw.mode_weights;
-  system_.factorize(anchors_);
-  if (!fit_.exists() || anchors_.number == 0) return;
+  if (anchors_.number == 0) return;
+  ShapeSystem& system = *of_planes_;
+  system.factorize(anchors_);
   std::vector<ShapeTerms> wanted(x.size()), steps(x.size()), k_steps(x.size());
   for (std::size_t v = 0; v < x.size(); ++v) wanted[v] = {m[v], model_.first_shape[v] - m[v], {}};
   turn(next.q, wanted, wanted, workers_);
-  system_.apply(x, 1, kx_);
-  system_.solve_terms(wanted, x, kx_, anchors_);
-  system_.exchange_steps(steps);  // the next solutions overwrite them
-  system_.apply(steps, k_steps);
+  system.apply(x, 1, kx_);
+  system.solve_terms(wanted, x, kx_, anchors_);
+  system.exchange_steps(steps);  // the next solutions overwrite them
+  system.apply(steps, k_steps);
   const double rounding = model_.rounding.mean_square(x);
-  fit_.find({anchors_, x, kx_, wanted, steps, k_steps, rounding}, system_, next.q, next.fit);
+  fit_.find({anchors_, x, kx_, wanted, steps, k_steps, rounding}, system, next.q, next.fit);
   find_rest_shape(next.fit);
 }
 
@@ -191,7 +191,7 @@ void NonrigidStep::find_rest_shape(const FitMemory& fit) {
 void NonrigidStep::prepare_errors(std::span<const SurfaceRow> rows, Field x) {
   if (!error_bars_.exist()) return;
   observe_planes(rows, x);
-  if (anchors_.any_solved()) system_.factorize(anchors_);
+  if (anchors_.any_solved()) of_planes_->factorize(anchors_);
 }
 
 void NonrigidStep::measure_errors(const Memory& memory, Field x, double unseen, Memory& next) {
@@ -200,17 +200,17 @@ void NonrigidStep::measure_errors(const Memory& memory, Field x, double unseen, 
     error_bars_.pass(next.generations, model_.clusters(), memory.errors, next.errors);
     return;
   }
-  system_.apply(x, 1, kx_);
+  of_planes_->apply(x, 1, kx_);
   anchors_.normals = planes_;
   error_bars_.update({x, kx_, turned_, model_.rounding.mean_square(x)}, anchors_, next.generations,
-                     system_, model_.clusters(), memory.errors, next.errors);
+                     *of_planes_, model_.clusters(), memory.errors, next.errors);
   ErrorBars::widen(next.generations, unseen, next.errors);
   anchors_.normals = {};
 }
 
 void NonrigidStep::remember(Field frame, Memory& memory) {
   rotations_.fit(frame, memory.q);
-  system_.apply(frame, 1, wanted_);
+  apply_operator(model_.k, frame, 1, wanted_, workers_);
   turn_back(memory.q, wanted_, memory.m, workers_);
 }
 

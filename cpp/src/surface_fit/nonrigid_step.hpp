@@ -5,6 +5,7 @@
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
 #include <limits>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -94,13 +95,13 @@ class NonrigidStep {
   const Topology& topology_;
   Workers& workers_;
   std::span<const Material> materials_;
-  ShapeSystem system_;
   Rotations rotations_;
   ShapeFit fit_;
   ErrorBars error_bars_;
-  Membrane membrane_;
   LearnedTies ties_;
   SurfaceSystem surface_system_;
+  Membrane membrane_;
+  std::optional<ShapeSystem> of_planes_;  // for modes and standard errors, if there are any
 
   // Of the current frame:
   Anchors anchors_;

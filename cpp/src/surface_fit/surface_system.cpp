@@ -8,24 +8,23 @@
 #include "linear/conjugate_gradients.hpp"
 
 namespace dynmesh {
-SurfaceSystem::SurfaceSystem(ShapeSystem& shape, const ShapeModel& model,
-                             const TrackingConstants& constants, std::span<const Tie> ties,
-                             Workers& workers)
-    : shape_(shape),
+SurfaceSystem::SurfaceSystem(const ShapeModel& model, const std::vector<double>& membrane,
+                             const SparseMatrix& normal, const TrackingConstants& constants,
+                             std::span<const Tie> ties, Workers& workers)
+    : operator_(model.k),
+      membrane_(membrane),
+      resistance_(model.size(), 1.0),
       constants_(constants),
       workers_(workers),
       ties_(ties),
-      coarse_(model.topology.cells, model.first_frame, model.clusters(),
-              normal_matrix(model.k, shape.membrane()), ties_),
-      anchors_(model.size(), true) {
-  std::ranges::fill(anchors_.is_solved, std::uint8_t{1});
-  anchors_.n_solved = model.size();
-}
+      coarse_(model.topology.cells, model.first_frame, model.clusters(), normal, ties_),
+      factor_(std::make_shared<const FactorPlan>(normal, model.plan->elimination), workers),
+      scaled_(model.size()) {}
 
 /// (k,) the weights that hold the vertices.
 std::vector<double> SurfaceSystem::held(std::span<const Landmark> landmarks) const {
   std::vector<double> weights;
-  for (const double mu : shape_.membrane()) weights.push_back(constants_.hold * mu);
+  for (const double mu : membrane_) weights.push_back(constants_.hold * mu);
   for (const Landmark& landmark : landmarks) weights[landmark.vertex] += landmark.weight;
   return weights;
 }
@@ -33,17 +32,42 @@ std::vector<double> SurfaceSystem::held(std::span<const Landmark> landmarks) con
 void SurfaceSystem::factorize(std::span<const SurfaceRow> rows, std::span<const Landmark> landmarks,
                               double factor) {
   const auto weights = held(landmarks);
-  std::ranges::copy(weights, anchors_.weights.begin());
+  std::vector<double> diagonal = weights;
   for (const SurfaceRow& row : rows) {
     const double weight = constants_.preconditioned * factor * row.weight;
-    for (std::size_t s = 0; s < 3; ++s) anchors_.weights[row.corners[s]] += weight * row.shares[s];
+    for (std::size_t s = 0; s < 3; ++s) diagonal[row.corners[s]] += weight * row.shares[s];
   }
   for (const Tie& tie : ties_) {
-    anchors_.weights[tie.i] += tie.weight;
-    anchors_.weights[tie.j] += tie.weight;
+    diagonal[tie.i] += tie.weight;
+    diagonal[tie.j] += tie.weight;
   }
-  shape_.factorize(anchors_);
+  factor_.factorize(std::vector<std::uint8_t>(diagonal.size(), 1), diagonal);
   coarse_.factorize(rows, factor, weights, ties_);
+}
+
+void SurfaceSystem::pull_back(Field detail, std::span<Vector3> forces) {
+  workers_.for_each_in_chunks(operator_.size(), [&](std::size_t v) {
+    scaled_[v] = resistance_[v] * operator_.scale[v] * detail[v];
+  });
+  multiply_by_c(operator_, scaled_, forces, workers_);
+}
+
+/// product = (K^T W K + mu C) x.
+void SurfaceSystem::multiply(Field x, std::span<Vector3> product) {
+  apply_operator(operator_, x, 1, scaled_, workers_);
+  workers_.for_each_in_chunks(operator_.size(), [&](std::size_t v) {
+    scaled_[v] = resistance_[v] * operator_.scale[v] * scaled_[v] + membrane_[v] * x[v];
+  });
+  multiply_by_c(operator_, scaled_, product, workers_);
+}
+
+/// x = the inverse of the factored matrix times the right side.
+void SurfaceSystem::apply_factor(Field right_side, std::span<Vector3> x) {
+  const auto order = factor_.order();
+  workers_.for_each_in_chunks(order.size(),
+                              [&](std::size_t r) { scaled_[r] = right_side[at(order[r])]; });
+  factor_.solve(scaled_, 1);
+  workers_.for_each_in_chunks(order.size(), [&](std::size_t r) { x[at(order[r])] = scaled_[r]; });
 }
 
 void SurfaceSystem::solve(std::span<const SurfaceRow> rows, std::span<const Landmark> landmarks,
@@ -56,11 +80,11 @@ void SurfaceSystem::solve(std::span<const SurfaceRow> rows, std::span<const Land
   }
   std::vector<Vector3> steps(x.size()), direction(x.size()), product(x.size());
   const auto precondition = [&] {
-    shape_.precondition(force, product);
+    apply_factor(force, product);
     coarse_.add(force, product, workers_);
   };
   const auto multiply_direction = [&] {
-    shape_.multiply(direction, product);
+    multiply(direction, product);
     for (const Tie& tie : ties_) {
       const auto tied = tie.weight * (direction[tie.i] - direction[tie.j]);
       product[tie.i] = product[tie.i] + tied;

@@ -5,12 +5,14 @@
 #include <cstdint>
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
+#include <memory>
 #include <span>
 #include <vector>
 
+#include "linear/masked_factor.hpp"
 #include "mesh/ties.hpp"
+#include "shape/detail_operator.hpp"
 #include "shape/model.hpp"
-#include "shape/shape_system.hpp"
 #include "surface_fit/coarse_space.hpp"
 #include "surface_fit/constants.hpp"
 #include "surface_fit/surface_rows.hpp"
@@ -30,17 +32,26 @@ struct Landmark {
 /// rows at the vertices on the diagonal, which has k, and a coarse space.
 class SurfaceSystem {
  public:
-  /// `shape`, `constants`, `ties`, whose weights may change, and `workers` must outlive this
-  /// object.
-  SurfaceSystem(ShapeSystem& shape, const ShapeModel& model, const TrackingConstants& constants,
-                std::span<const Tie> ties, Workers& workers);
+  /// `membrane` (k,) is mu. `model`, `constants`, `ties`, whose weights may change, and `workers`
+  /// must outlive this object.
+  SurfaceSystem(const ShapeModel& model, const std::vector<double>& membrane,
+                const TrackingConstants& constants, std::span<const Tie> ties, Workers& workers)
+      : SurfaceSystem(model, membrane, normal_matrix(model.k, membrane), constants, ties, workers) {
+  }
+
+  [[nodiscard]] std::span<const double> membrane() const { return membrane_; }
+  /// That of N + mu C.
+  [[nodiscard]] const std::shared_ptr<const FactorPlan>& plan() const { return factor_.plan(); }
 
   /// Factors the preconditioner for rows whose weights are multiplied by `factor`. It serves for
-  /// others with about these weights, until the shape's system is factored for something else.
+  /// others with about these weights.
   void factorize(std::span<const SurfaceRow> rows, std::span<const Landmark> landmarks,
                  double factor);
-  /// Returns to the last factor, after the shape's system was factored for something else.
-  void factorize_again() { shape_.factorize(anchors_); }
+
+  /// (k,) W, the weights of the rows of K; 1 at first.
+  [[nodiscard]] std::span<double> resistance() { return resistance_; }
+  /// forces = K^T W detail.
+  void pull_back(Field detail, std::span<Vector3> forces);
 
   /// Adds the step D to X for which A D is the sum of `force` (k,), which is lost, and of the
   /// forces of the rows and landmarks at X. Ends at the share `settled` of the error.
@@ -48,14 +59,22 @@ class SurfaceSystem {
              std::span<Vector3> x, std::span<Vector3> force);
 
  private:
+  SurfaceSystem(const ShapeModel& model, const std::vector<double>& membrane,
+                const SparseMatrix& normal, const TrackingConstants& constants,
+                std::span<const Tie> ties, Workers& workers);
   [[nodiscard]] std::vector<double> held(std::span<const Landmark> landmarks) const;
+  void multiply(Field x, std::span<Vector3> product);
+  void apply_factor(Field right_side, std::span<Vector3> x);
 
-  ShapeSystem& shape_;
+  const DetailOperator& operator_;  // K
+  std::vector<double> membrane_;    // mu
+  std::vector<double> resistance_;  // W
   const TrackingConstants& constants_;
   Workers& workers_;
   std::span<const Tie> ties_;
   CoarseSpace coarse_;
-  Anchors anchors_;  // all vertices are solved for
+  MaskedFactor factor_;          // of the preconditioner, at all vertices
+  std::vector<Vector3> scaled_;  // (k,) the vector that is multiplied by C, or solved for
 };
 
 }  // namespace dynmesh
