@@ -128,10 +128,9 @@ double slope_after(int steps) {
   anchors.n_solved = k;
   anchors.normals = normals;
   system.factorize(anchors);
-  const auto found =
-      system.solve<3, 3>([&](std::size_t v, std::size_t f) { return residual[3 * v + f]; },
-                         [&](std::size_t v, std::size_t f) { return pull[3 * v + f]; }, anchors);
-  const Field d(found.begin(), found.end());
+  Field d(3 * k);
+  system.solve<3, 3>([&](std::size_t v, std::size_t f) { return residual[3 * v + f]; },
+                     [&](std::size_t v, std::size_t f) { return pull[3 * v + f]; }, anchors, d);
   const auto energy = [&](const Field& x) {
     Field detail(3 * k);
     system.apply(x, 3, detail);

@@ -46,9 +46,10 @@ Detail::Detail(const ShapeModel& model, const Modes& modes, const Settings& sett
       x_(model.size()),
       kx_(model.size()),
       shape_(model.size()),
+      move_(model.size()),
       turned_(model.size()),
-      k_steps_(model.size()),
-      steps_(modes.n_coefficients() > 0 ? model.size() : 0) {}
+      steps_(model.size()),
+      k_steps_(model.size()) {}
 
 void Detail::begin(Memory& memory) const {
   memory.q.assign(model_.size(), {1, 0, 0, 0});
@@ -107,7 +108,7 @@ std::size_t Detail::estimate(const Memory& memory, Memory& next, StageReport& re
   }
 
   // Step 2: find the global b and c. With modes, a fitted shape takes the place of m_first or m.
-  ResidualField directions = find_directions(memory, next.q);
+  const ResidualField directions = find_directions(memory, next.q);
   double k = 0;
   if (fit_.exists()) {
     add_modes(directions, next);
@@ -141,8 +142,8 @@ std::size_t Detail::estimate(const Memory& memory, Memory& next, StageReport& re
   }
 
   // Step 5: move the satellites by a share of the first-order step.
-  report.first_order_share = first_order_.improve({memory.last, x_, shape_, anchors_.observed},
-                                                  generations, system_.scratch(), next.gains);
+  report.first_order_share =
+      first_order_.improve({memory.last, x_, shape_, anchors_.observed}, generations, next.gains);
   for (std::size_t v = 0; v < x_.size(); ++v) {
     if (anchors_.is_solved[v] != 0) next.last[v] = x_[v];
   }
@@ -180,15 +181,13 @@ ResidualField Detail::find_directions(const Memory& memory, std::span<const Quat
       best_kernels().rotations.turn(q.data(), false, turned.data(), 3, turned.data(), first, last);
     }
   });
-  const auto steps = system_.solve_terms(turned_, x_, kx_, anchors_);
-  system_.apply(steps, k_steps_);
-  return {anchors_, x_, kx_, turned_, steps, k_steps_, model_.rounding.mean_square(x_)};
+  system_.solve_terms(turned_, x_, kx_, anchors_, steps_);
+  system_.apply(steps_, k_steps_);
+  return {anchors_, x_, kx_, turned_, steps_, k_steps_, model_.rounding.mean_square(x_)};
 }
 
 /// Adds what modes explain of the anchors to the directions.
-void Detail::add_modes(ResidualField& directions, Memory& next) {
-  system_.exchange_steps(steps_);  // the next solutions overwrite them
-  directions.steps = steps_;
+void Detail::add_modes(const ResidualField& directions, Memory& next) {
   fit_.find(directions, system_, next.q, next.fit);
   const double k = next.fit.prior_weight;
   if (k == 0) return;
@@ -202,9 +201,9 @@ void Detail::add_modes(ResidualField& directions, Memory& next) {
 
 /// Moves the positions to those whose detail is closest to the turned shape. K X is known.
 void Detail::move_to_shape() {
-  const auto step = system_.solve<1>([&](std::size_t v, std::size_t) { return shape_[v] - kx_[v]; },
-                                     x_, anchors_);
-  workers_.for_each_in_chunks(x_.size(), [&](std::size_t v) { x_[v] = x_[v] + step[v]; });
+  const auto residual = [&](std::size_t v, std::size_t) { return shape_[v] - kx_[v]; };
+  system_.solve<1>(residual, x_, anchors_, move_);
+  workers_.for_each_in_chunks(x_.size(), [&](std::size_t v) { x_[v] = x_[v] + move_[v]; });
 }
 
 /// Computes lambda for the next frame from the error of the shape per coordinate, sigma_L^2 = (E +

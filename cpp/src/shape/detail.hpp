@@ -66,7 +66,7 @@ class Detail {
  private:
   void fit_rotations(Field positions, Memory& next, StageReport& report);
   ResidualField find_directions(const Memory& memory, std::span<const Quaternion> q);
-  void add_modes(ResidualField& directions, Memory& next);
+  void add_modes(const ResidualField& directions, Memory& next);
   [[nodiscard]] ShapeTerms terms(const Memory& memory, std::size_t v) const {
     return {memory.m[v], model_.first_shape[v] - memory.m[v], memory.u[v]};
   }
@@ -90,8 +90,8 @@ class Detail {
   Anchors anchors_;
   std::vector<Vector3> x_, kx_;  // X and K X
   std::vector<Vector3> shape_;   // the shape that K X is to have
-  std::vector<ShapeTerms> turned_, k_steps_;
-  std::vector<ShapeTerms> steps_;  // with modes
+  std::vector<Vector3> move_;    // towards that shape
+  std::vector<ShapeTerms> turned_, steps_, k_steps_;
 };
 
 }  // namespace dynmesh

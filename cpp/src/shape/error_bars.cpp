@@ -30,6 +30,7 @@ ErrorBars::ErrorBars(const Cells& cells, Workers& workers, bool are_wanted, Anch
   const std::size_t k = cells.size();
   smoother_ = smoother_of(cells);
   targets_.resize(members * k);
+  steps_.resize(members * k);
   noise_.resize(noise != AnchorNoise::exact ? members * k : 0);
   sizes_.resize(k);
   newest_.resize(k);
@@ -188,12 +189,12 @@ void ErrorBars::update(const CompletedShape& frame, const Anchors& anchors,
                        const Clusters& clusters, const ErrorMemory& memory, ErrorMemory& next) {
   draw_changes(clusters, memory, next);
   if (anchors.are_noisy()) set_noise(anchors, memory, next);
-  const Field steps = system.solve<members, members>(
+  system.solve<members, members>(
       [&](std::size_t v, std::size_t f) { return targets_[members * v + f]; },
-      [&](std::size_t v, std::size_t f) { return noise_[members * v + f]; }, anchors);
-  system.apply(steps, static_cast<int>(members), next.errors);
+      [&](std::size_t v, std::size_t f) { return noise_[members * v + f]; }, anchors, steps_);
+  system.apply(steps_, static_cast<int>(members), next.errors);
 
-  const Energy energy = compare(frame, steps, next.errors, anchors);
+  const Energy energy = compare(frame, steps_, next.errors, anchors);
   Energy of_noise = std::accumulate(averaged_.begin(), averaged_.end(), Energy{});
   if (!(energy.y + of_noise.y < largest_member)) {
     // Nothing that was made up makes sense any more. Begin again, as in frame 0, which has no
@@ -228,8 +229,8 @@ void ErrorBars::update(const CompletedShape& frame, const Anchors& anchors,
     }
     learn_sizes(memory, next);
   }
-  end_frame(steps, scale, generations, next);
-  if (noise_kind_ == AnchorNoise::of_planes) look_along_normals(steps, scale, anchors, next);
+  end_frame(steps_, scale, generations, next);
+  if (noise_kind_ == AnchorNoise::of_planes) look_along_normals(steps_, scale, anchors, next);
 }
 
 void ErrorBars::pass(const Generations& generations, const Clusters& clusters,

@@ -81,7 +81,7 @@ class ErrorBars {
 
   // Of one frame:
   std::vector<double> sizes_;  // (k,) of the changes, which follow from the energies
-  Members targets_, noise_;
+  Members targets_, steps_, noise_;
   std::vector<Energy> newest_, averaged_;  // (k,); averaged_ first has the energies of the noise
 };
 

@@ -64,18 +64,19 @@ FirstOrder::FirstOrder(const ShapeModel& model, Workers& workers)
       newest_(drawn_.size()),
       is_beside_(model.size()),
       edges_(laplacian_.c->nonZeros()),
+      solution_(model.size()),
+      step_(model.size()),
       quaternions_(model.size()),
       covariances_(model.size()) {
   for (auto* vertices : {&left_out_, &nearby_}) vertices->reserve(model.size());
   for (MaskedFactor* factor : {&factor_, &nearby_l_, &nearby_n_}) factor->reserve();
 }
 
-double FirstOrder::improve(const Frame& frame, const Generations& generations,
-                           std::span<Vector3> scratch, GainMemory& memory) {
+double FirstOrder::improve(const Frame& frame, const Generations& generations, GainMemory& memory) {
   if (generations.reached() == 0) return 0;
   leave_out(generations, memory.frame);
-  if (!left_out_.empty()) test(frame, scratch, memory.components);
-  return mix(frame, generations, scratch, memory.components);
+  if (!left_out_.empty()) test(frame, memory.components);
+  return mix(frame, generations, memory.components);
 }
 
 /// Draws the anchors to leave out, at equal distances among those of a component in an order that
@@ -123,22 +124,18 @@ void FirstOrder::leave_out(const Generations& generations, std::uint64_t frame) 
 
 /// Predicts anchors that are left out, by detail with the shape of the frame and by the first-order
 /// step from there. Without them, the energy of `frame.x` has a gradient at them alone.
-void FirstOrder::test(const Frame& frame, std::span<Vector3> scratch,
-                      std::vector<Component>& components) {
+void FirstOrder::test(const Frame& frame, std::vector<Component>& components) {
   nearby_n_.factorize(is_free_);
   const auto rows = nearby_n_.order();
-  const auto step = scratch.first(rows.size());
   std::ranges::fill(of_detail_, Vector3{});
   for (const Index v : left_out_) of_detail_[v] = pull(at(v), frame);
-  for (std::size_t r = 0; r < rows.size(); ++r) step[r] = of_detail_[rows[r]];
-  nearby_n_.solve(step, 1);
+  for (std::size_t r = 0; r < rows.size(); ++r) solution_[r] = of_detail_[rows[r]];
+  nearby_n_.solve(solution_, 1);
   std::ranges::copy(frame.x, of_detail_.begin());
   for (std::size_t r = 0; r < rows.size(); ++r) {
-    of_detail_[rows[r]] = of_detail_[rows[r]] + step[r];
+    of_detail_[rows[r]] = of_detail_[rows[r]] + solution_[r];
   }
-  const auto first_order = find_step(nearby_l_, of_detail_, frame.last, scratch);
-  for (const Index v : left_out_) first_order[v] = of_detail_[v] + first_order[v];
-  learn(frame, first_order, components);
+  learn(frame, find_step(nearby_l_, of_detail_, frame.last), components);
 }
 
 /// K^T (shape - K x) at vertex v.
@@ -158,7 +155,7 @@ Vector3 FirstOrder::pull(std::size_t v, const Frame& frame) const {
 
 /// Chooses the shares by the predictions of the anchors left out. Errors are in the unit of the
 /// positions; those that can be of rounding count as 0.
-void FirstOrder::learn(const Frame& frame, Field first_order, std::vector<Component>& components) {
+void FirstOrder::learn(const Frame& frame, Field step, std::vector<Component>& components) {
   const double rounding = std::sqrt(model_.rounding.mean_square_of_positions(frame.x));
   const auto length = [&](const Vector3& x) {
     const double found = std::sqrt(squared_norm(x));
@@ -168,7 +165,7 @@ void FirstOrder::learn(const Frame& frame, Field first_order, std::vector<Compon
   std::ranges::fill(newest_, Gains{});
   for (const Index v : left_out_) {
     const Vector3 of_detail = of_detail_[v] - frame.observed[v];
-    const Vector3 of_first_order = first_order[v] - frame.observed[v];
+    const Vector3 of_first_order = of_detail_[v] + step[v] - frame.observed[v];
     Gains& gains = newest_[topology_.component[v]];
     const double size = length(of_detail);
     ++gains.count;
@@ -209,14 +206,14 @@ double FirstOrder::best_share(const Gains& gains) {
 
 /// Moves each satellite by the share of its component of the step.
 double FirstOrder::mix(const Frame& frame, const Generations& generations,
-                       std::span<Vector3> scratch, std::span<const Component> components) {
+                       std::span<const Component> components) {
   if (std::ranges::max(components, {}, &Component::share).share == 0) return 0;
   const auto share_of = [&](std::size_t v) { return components[topology_.component[v]].share; };
   const auto generation = generations.of_vertices();
   for (std::size_t v = 0; v < is_free_.size(); ++v) {
     is_free_[v] = generation[v] > 0 && share_of(v) > 0 ? 1 : 0;
   }
-  const Field step = find_step(factor_, frame.x, frame.last, scratch);
+  const Field step = find_step(factor_, frame.x, frame.last);
   double sum = 0;
   for (std::size_t v = 0; v < step.size(); ++v) {
     if (is_free_[v] == 0) continue;
@@ -227,20 +224,17 @@ double FirstOrder::mix(const Frame& frame, const Generations& generations,
 }
 
 /// Returns the step (k,) from the positions X, 0 where `is_free_` is 0. Every component with free
-/// vertices must have others, too. The result is in `scratch`, (2 k,) or longer.
-std::span<Vector3> FirstOrder::find_step(MaskedFactor& factor, Field positions, Field last,
-                                         std::span<Vector3> scratch) {
+/// vertices must have others, too.
+Field FirstOrder::find_step(MaskedFactor& factor, Field positions, Field last) {
   factor.factorize(is_free_);
   const auto rows = factor.order();
   fit_rotations(rows, positions, last);
-  const auto solution = scratch.first(positions.size());
-  const auto step = scratch.subspan(positions.size(), positions.size());
   workers_.for_each_in_chunks(
-      rows.size(), [&](std::size_t r) { solution[r] = residual(at(rows[r]), positions); });
-  factor.solve(solution, 1);
-  std::ranges::fill(step, Vector3{});
-  for (std::size_t r = 0; r < rows.size(); ++r) step[rows[r]] = solution[r];
-  return step;
+      rows.size(), [&](std::size_t r) { solution_[r] = residual(at(rows[r]), positions); });
+  factor.solve(solution_, 1);
+  std::ranges::fill(step_, Vector3{});
+  for (std::size_t r = 0; r < rows.size(); ++r) step_[rows[r]] = solution_[r];
+  return step_;
 }
 
 /// Fits R of these vertices and of those beside them to the edges of L, which it weights as L does.

@@ -46,9 +46,8 @@ class FirstOrder {
     Field observed;        ///< the positions of the anchors
   };
   /// Moves the satellites in `frame.x`, and returns their mean share. `memory` counts this frame
-  /// already. (2 k,) `scratch` is free to use.
-  double improve(const Frame& frame, const Generations& generations, std::span<Vector3> scratch,
-                 GainMemory& memory);
+  /// already.
+  double improve(const Frame& frame, const Generations& generations, GainMemory& memory);
 
  private:
   using Component = GainMemory::Component;
@@ -62,14 +61,13 @@ class FirstOrder {
   };
 
   void leave_out(const Generations& generations, std::uint64_t frame);
-  void test(const Frame& frame, std::span<Vector3> scratch, std::vector<Component>& components);
+  void test(const Frame& frame, std::vector<Component>& components);
   [[nodiscard]] Vector3 pull(std::size_t v, const Frame& frame) const;
-  void learn(const Frame& frame, Field first_order, std::vector<Component>& components);
+  void learn(const Frame& frame, Field step, std::vector<Component>& components);
   [[nodiscard]] static double best_share(const Gains& gains);
-  double mix(const Frame& frame, const Generations& generations, std::span<Vector3> scratch,
+  double mix(const Frame& frame, const Generations& generations,
              std::span<const Component> components);
-  std::span<Vector3> find_step(MaskedFactor& factor, Field positions, Field last,
-                               std::span<Vector3> scratch);
+  Field find_step(MaskedFactor& factor, Field positions, Field last);
   void fit_rotations(std::span<const Index> rows, Field positions, Field last);
   [[nodiscard]] Vector3 residual(std::size_t v, Field positions) const;
 
@@ -90,6 +88,7 @@ class FirstOrder {
   // Of the step:
   std::vector<std::uint8_t> is_beside_;  // whether its rotation is needed
   std::vector<Vector3> edges_;
+  std::vector<Vector3> solution_, step_;  // in the order of elimination, and of the vertices
   std::vector<Quaternion> quaternions_;
   std::vector<Covariance> covariances_;
 };

@@ -47,10 +47,9 @@ void ShapeFit::set_zero() {
 void ShapeFit::step_towards(AddedShape& added, const Anchors& anchors, ShapeSystem& system,
                             std::span<const Quaternion> q) {
   turn(q, added.shape, added.wanted, workers_);
-  const auto steps = system.solve<1>([&](std::size_t v, std::size_t) { return added.wanted[v]; },
-                                     anchors.observed, anchors);
-  std::ranges::copy(steps, added.steps.begin());
-  system.apply(steps, 1, added.k_steps);
+  system.solve<1>([&](std::size_t v, std::size_t) { return added.wanted[v]; }, anchors.observed,
+                  anchors, added.steps);
+  system.apply(added.steps, 1, added.k_steps);
 }
 
 /// h: the known mask, averaged over the cells.

@@ -14,8 +14,7 @@ ShapeSystem::ShapeSystem(const DetailOperator& k, std::shared_ptr<const FactorPl
       workers_(workers),
       factor_(std::move(plan), workers),
       scaled_residual_(3 * k.size()),
-      solution_(3 * k.size()),
-      steps_(k.size()) {}
+      solution_(3 * k.size()) {}
 
 void ShapeSystem::apply(Field x, int fields, std::span<Vector3> detail) const {
   apply_operator(operator_, x, fields, detail, workers_);
@@ -45,12 +44,6 @@ void ShapeSystem::scatter(Field rows, std::size_t width, std::span<Vector3> x) c
   });
 }
 
-Field ShapeSystem::scatter_steps(Field rows, std::size_t width) {
-  const auto steps = side_by_side(std::span(steps_)).first(width * operator_.size());
-  scatter(rows, width, steps);
-  return steps;
-}
-
 // Planes tie the three coordinates together, so that the system has 3 k unknowns and is not
 // factored. N + weights, which has k, bounds it from above and is a good preconditioner of
 // conjugate gradients.
@@ -62,7 +55,7 @@ void ShapeSystem::take_planes(int steps) {
 
 /// Replaces the solution, which is the right-hand side, by the result of the steps.
 template <int fields>
-Field ShapeSystem::descend_to_planes(const Anchors& anchors) {
+void ShapeSystem::descend_to_planes(const Anchors& anchors, std::span<Vector3> steps) {
   constexpr auto width = static_cast<std::size_t>(fields);
   const std::size_t n = width * solved().size();
   const std::span residual(residual_.data(), n), direction(direction_.data(), n);
@@ -73,22 +66,23 @@ Field ShapeSystem::descend_to_planes(const Anchors& anchors) {
     std::ranges::copy(residual, solution.begin());
     factor_.solve(solution_, fields);
   };
-  const auto multiply = [&] { multiply_with_planes(width, anchors); };
+  const auto multiply = [&] { multiply_with_planes(width, anchors, steps); };
   const auto advance = [&](const std::array<double, width>& lengths) {
     for (std::size_t i = 0; i < n; ++i) found[i] = found[i] + lengths[i % width] * direction[i];
   };
   const ConjugateVectors<Vector3> vectors = {residual, solution, direction, solution};
   conjugate_gradients<width>(vectors, plane_steps_, 0, precondition, multiply, advance, workers_);
-  return scatter_steps(found, width);
+  scatter(found, width, steps);
 }
 
-template Field ShapeSystem::descend_to_planes<1>(const Anchors&);
-template Field ShapeSystem::descend_to_planes<3>(const Anchors&);
+template void ShapeSystem::descend_to_planes<1>(const Anchors&, std::span<Vector3>);
+template void ShapeSystem::descend_to_planes<3>(const Anchors&, std::span<Vector3>);
 
-/// solution = (N + weights of the planes) direction.
-void ShapeSystem::multiply_with_planes(std::size_t width, const Anchors& anchors) {
+/// solution = (N + weights of the planes) direction, which `steps` then hold.
+void ShapeSystem::multiply_with_planes(std::size_t width, const Anchors& anchors,
+                                       std::span<Vector3> steps) {
   const auto rows = solved();
-  const Field steps = scatter_steps(direction_, width);
+  scatter(direction_, width, steps);
   apply(steps, static_cast<int>(width), {scaled_residual_.data(), steps.size()});
   workers_.for_each_in_chunks(steps.size(), [&](std::size_t i) {
     scaled_residual_[i] = operator_.scale[i / width] * scaled_residual_[i];

@@ -90,20 +90,21 @@ class ShapeSystem {
   /// The vertices that are solved for.
   [[nodiscard]] std::span<const Index> solved() const { return factor_.order(); }
 
-  /// Returns the steps D that bring K (x + D) closest to K x + residual, for each of one or three
+  /// Finds the steps D that bring K (x + D) closest to K x + residual, for each of one or three
   /// fields: N D = K^T residual. `residual(v, field)` is the wanted value minus the current one. In
   /// the first field, noisy anchors also move from x towards their observed positions. Steps are 0
-  /// for vertices that are not solved for. The result is valid until the next call.
+  /// for vertices that are not solved for.
   template <int fields, class Residual>
-  Field solve(const Residual& residual, Field x, const Anchors& anchors) {
+  void solve(const Residual& residual, Field x, const Anchors& anchors, std::span<Vector3> steps) {
     const auto to_observed = [&](std::size_t v, std::size_t) { return anchors.observed[v] - x[v]; };
-    return solve<fields, 1>(residual, to_observed, anchors);
+    solve<fields, 1>(residual, to_observed, anchors, steps);
   }
 
   /// The same with another pull: in the first `pulled` fields, the step of noisy anchors is drawn
   /// to `pull(v, field)`, which is not called if anchors are exact.
   template <int fields, int pulled, class Residual, class Pull>
-  Field solve(const Residual& residual, const Pull& pull, const Anchors& anchors) {
+  void solve(const Residual& residual, const Pull& pull, const Anchors& anchors,
+             std::span<Vector3> steps) {
     workers_.for_each_in_chunks(operator_.size(), [&](std::size_t v) {
       for (std::size_t f = 0; f < fields; ++f) {
         scaled_residual_[fields * v + f] = operator_.scale[v] * residual(v, f);
@@ -120,27 +121,20 @@ class ShapeSystem {
         }
       }
     }
-    if (anchors.are_planes()) return descend_to_planes<fields>(anchors);
+    if (anchors.are_planes()) return descend_to_planes<fields>(anchors, steps);
     factor_.solve(solution_, fields);
-    return scatter_steps(solution_, fields);
+    scatter(solution_, fields, steps);
   }
 
-  /// Returns the step that brings K (x + D) closest to the shape of the last frame, and those that
-  /// a unit of each of the other two terms adds. `kx` is K x.
-  std::span<const ShapeTerms> solve_terms(std::span<const ShapeTerms> wanted, Field x, Field kx,
-                                          const Anchors& anchors) {
+  /// Finds the step that brings K (x + D) closest to the shape of the last frame, and those that a
+  /// unit of each of the other two terms adds. `kx` is K x.
+  void solve_terms(std::span<const ShapeTerms> wanted, Field x, Field kx, const Anchors& anchors,
+                   std::span<ShapeTerms> steps) {
     const auto residual = [&](std::size_t v, std::size_t term) {
       return term == 0 ? wanted[v].last - kx[v] : term == 1 ? wanted[v].to_rest : wanted[v].change;
     };
-    solve<3>(residual, x, anchors);
-    return steps_;
+    solve<3>(residual, x, anchors, side_by_side(steps));
   }
-  /// Exchanges the array of the last result of `solve_terms` with `kept`, (k,), where it stays
-  /// valid.
-  void exchange_steps(std::vector<ShapeTerms>& kept) noexcept { std::swap(steps_, kept); }
-
-  /// (3 k,) free to use until the next call of `solve`, whose last result stays valid.
-  [[nodiscard]] std::span<Vector3> scratch() { return solution_; }
 
   /// Lets `solve` take anchors that are planes: it then takes this many steps of conjugate
   /// gradients.
@@ -149,17 +143,15 @@ class ShapeSystem {
  private:
   void multiply_transposed(int fields);
   void scatter(Field rows, std::size_t width, std::span<Vector3> x) const;
-  Field scatter_steps(Field rows, std::size_t width);
   template <int fields>
-  Field descend_to_planes(const Anchors& anchors);
-  void multiply_with_planes(std::size_t width, const Anchors& anchors);
+  void descend_to_planes(const Anchors& anchors, std::span<Vector3> steps);
+  void multiply_with_planes(std::size_t width, const Anchors& anchors, std::span<Vector3> steps);
 
   const DetailOperator& operator_;  // K
   Workers& workers_;
   MaskedFactor factor_;                   // of N
   std::vector<Vector3> scaled_residual_;  // M^-1/2 times the vector that is multiplied by K^T
   std::vector<Vector3> solution_;         // in the order of elimination
-  std::vector<ShapeTerms> steps_;         // in the order of vertices, for up to three fields
   // For planes, in the order of elimination:
   int plane_steps_ = 0;
   std::vector<Vector3> residual_, direction_, found_;

@@ -127,6 +127,7 @@ void CoarseSurface::restore(const Memory& last, const Memory& next, const Memory
   rotations_.turn_further(turns_, memory.q, found.q);
   std::ranges::copy(memory.last, x.begin());
   for (std::size_t c = 0; c < size(); ++c) x[at(mesh_.vertices[c])] = next.last[c];
+  std::vector<Vector3> steps(x.size());
   for (int i = 0; i < 2 && anchors_.any_solved(); ++i) {
     if (i > 0) rotations_.fit(x, found.q);
     for (std::size_t v = 0; v < x.size(); ++v) {
@@ -135,8 +136,8 @@ void CoarseSurface::restore(const Memory& last, const Memory& next, const Memory
     }
     turn(found.q, shape_, shape_, workers_);
     system_.apply(x, 1, kx_);
-    const Field steps = system_.solve<1>(
-        [&](std::size_t v, std::size_t) { return shape_[v] - kx_[v]; }, x, anchors_);
+    system_.solve<1>([&](std::size_t v, std::size_t) { return shape_[v] - kx_[v]; }, x, anchors_,
+                     steps);
     for (std::size_t v = 0; v < x.size(); ++v) x[v] = x[v] + steps[v];
   }
 }

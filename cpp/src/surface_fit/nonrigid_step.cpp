@@ -171,8 +171,7 @@ void NonrigidStep::fit_modes(const Draw& draw, Field m, Field x, Memory& next) {
   for (std::size_t v = 0; v < x.size(); ++v) wanted[v] = {m[v], model_.first_shape[v] - m[v], {}};
   turn(next.q, wanted, wanted, workers_);
   system.apply(x, 1, kx_);
-  system.solve_terms(wanted, x, kx_, anchors_);
-  system.exchange_steps(steps);  // the next solutions overwrite them
+  system.solve_terms(wanted, x, kx_, anchors_, steps);
   system.apply(steps, k_steps);
   const double rounding = model_.rounding.mean_square(x);
   fit_.find({anchors_, x, kx_, wanted, steps, k_steps, rounding}, system, next.q, next.fit);
