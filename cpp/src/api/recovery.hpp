@@ -2,7 +2,6 @@
 #pragma once
 
 #include <algorithm>
-#include <cstdint>
 #include <dynmesh/quality.hpp>
 #include <dynmesh/registration.hpp>
 #include <dynmesh/tracker.hpp>
@@ -39,7 +38,9 @@ class Recovery {
   void begin(Memory& memory) const {
     if (!is_wanted_) return;
     memory.good = first_;
-    memory.pause = until_good;
+    // A scan that has been far from the surface from the start may show other things beside it, so
+    // the first pause lasts until a frame is good.
+    memory.frames_until_search = std::nullopt;
   }
 
   /// How the surface lies in the scan in which it was found.
@@ -54,10 +55,9 @@ class Recovery {
     made.quality = judged(made);
     return made;
   }
-  /// Whether the template was lost in a frame. A scan that has been far from the surface from the
-  /// start may show other things beside it.
+  /// Whether the template was lost in a frame, after a good one.
   [[nodiscard]] bool is_due(const Memory& memory, const Measure& measure) const {
-    return is_wanted_ && memory.pause != until_good && is_lost(measure);
+    return is_wanted_ && memory.frames_until_search && is_lost(measure);
   }
 
   /// Seeks the template from elsewhere than in `memory`. Returns the memory from which the surface
@@ -73,7 +73,7 @@ class Recovery {
       return !is_lost(measure);
     };
     if (is_found_from(memory.good)) return start;
-    if (memory.pause == 0) {
+    if (memory.frames_until_search == 0) {
       const auto frame = registered(memory.good, measurement);
       if (frame && is_found_from(*frame)) {
         measure.is_start = false;  // the scan may show another pose
@@ -93,20 +93,20 @@ class Recovery {
     if (!is_wanted_) return;
     const bool is_good = has_points && !is_lost(measure);
     next.good = is_good && !was_due ? next.last : memory.good;
-    next.pause = memory.pause;
-    if (memory.pause == until_good) {
-      if (is_good) next.pause = 0;
-    } else if (memory.pause > 0) {
-      --next.pause;
+    next.frames_until_search = memory.frames_until_search;
+    if (!memory.frames_until_search) {
+      if (is_good) next.frames_until_search = 0;
+    } else if (*memory.frames_until_search > 0) {
+      next.frames_until_search = *memory.frames_until_search - 1;
     } else if (was_due) {
-      next.pause = static_cast<std::uint8_t>(TrackingConstants().frames_between_recoveries - 1);
+      next.frames_until_search = TrackingConstants().frames_between_recoveries - 1;
     }
   }
 
   /// Refuses what no frames can have left.
   static void check(const Memory& memory) {
-    if (memory.pause == until_good || memory.pause < TrackingConstants().frames_between_recoveries)
-      return;
+    const int frames = memory.frames_until_search.value_or(0);
+    if (frames < TrackingConstants().frames_between_recoveries) return;
     refuse_state("seeks the template later than any frame can");
   }
 
@@ -125,10 +125,6 @@ class Recovery {
                       std::numeric_limits<double>::epsilon());
     return search.run(measurement, {}).x;
   }
-
-  // A scan that has been far from the surface from the start may show other things beside it, so
-  // the first pause lasts until a frame is good.
-  static constexpr std::uint8_t until_good = 255;
 
   Stream& mesh_;
   bool is_wanted_;

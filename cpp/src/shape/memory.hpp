@@ -5,6 +5,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <dynmesh/types.hpp>
+#include <optional>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -110,7 +112,8 @@ struct Memory {
   Verdict verdict;
 
   std::vector<Vector3> good;  ///< (k,) the last frame in which the surface was not lost
-  std::uint8_t pause = 0;     ///< the number of frames in which it is not sought elsewhere
+  /// The number of frames in which it is not sought elsewhere, or none: until a frame is good.
+  std::optional<int> frames_until_search = 0;
   std::uint8_t is_start = 1;  ///< whether no frame was good yet
 };
 
@@ -159,7 +162,12 @@ void each_number(Visited& memory, const Visit& visit) {
   visit(memory.errors.turns_of_all);
   visit(memory.errors.standard_errors, false);  // infinite for disconnected vertices
   visit(memory.good);
-  visit(memory.pause);
+  constexpr std::uint8_t until_good = 255;
+  auto pause = static_cast<std::uint8_t>(memory.frames_until_search.value_or(until_good));
+  visit(pause);
+  if constexpr (!std::is_const_v<Visited>) {
+    memory.frames_until_search = pause == until_good ? std::nullopt : std::optional<int>(pause);
+  }
   visit(memory.is_start);
 }
 
