@@ -6,7 +6,6 @@
 #include <variant>
 #include <vector>
 
-#include "api/disconnected.hpp"
 #include "api/state.hpp"
 #include "api/stream.hpp"
 #include "base/arguments.hpp"
@@ -18,6 +17,7 @@
 #include "motion/motion.hpp"
 #include "quality/completion_quality.hpp"
 #include "shape/detail.hpp"
+#include "shape/disconnected.hpp"
 #include "shape/memory.hpp"
 #include "shape/model.hpp"
 #include "shape/shape_library.hpp"

@@ -1,4 +1,4 @@
-#include "api/disconnected.hpp"
+#include "shape/disconnected.hpp"
 
 #include <algorithm>
 #include <cmath>
