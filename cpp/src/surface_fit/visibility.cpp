@@ -14,6 +14,8 @@ namespace {
 
 constexpr double pixels_of_edge = 2;
 constexpr double pixels_across = 640;  // at most, in each direction
+/// Of more sensors, so many are used, evenly chosen: they surround the surface.
+constexpr std::size_t most_views = 24;
 /// What lies before a vertex by less than this many mean edges does not hide it.
 constexpr double least_gap = 0.1;
 
@@ -37,6 +39,7 @@ class View {
     }
     const double pixel =
         std::max(mean_edge / (pixels_of_edge * depth), extent.sizes().maxCoeff() / pixels_across);
+    if (!(pixel > 0) || !std::isfinite(pixel)) return;  // a surface without extent hides nothing
     width_ = static_cast<std::ptrdiff_t>(extent.sizes()[0] / pixel) + 1;
     const auto height = static_cast<std::ptrdiff_t>(extent.sizes()[1] / pixel) + 1;
     nearest_.assign(static_cast<std::size_t>(width_ * height),
@@ -50,6 +53,7 @@ class View {
 
   /// Whether another component lies before a vertex.
   [[nodiscard]] bool hides(std::size_t vertex) const {
+    if (nearest_.empty()) return false;
     const auto& [u, v, z] = corners_[vertex];
     const auto& [depth, component] = nearest_[static_cast<std::size_t>(
         static_cast<std::ptrdiff_t>(v) * width_ + static_cast<std::ptrdiff_t>(u))];
@@ -129,7 +133,8 @@ Visibility find_visibility(std::span<const Triangle> faces, std::span<const Inde
   Eigen::AlignedBox3d box;
   for (const Vector3& position : x) box.extend(to_eigen(position));
   std::vector<Eigen::Vector3d> from;
-  for (const Vector3& sensor : sensors) from.push_back(to_eigen(sensor));
+  const std::size_t every = (sensors.size() + most_views - 1) / most_views;
+  for (std::size_t s = 0; s < sensors.size(); s += every) from.push_back(to_eigen(sensors[s]));
   if (from.empty()) from = all_sides(box);
   constexpr std::uint8_t faces_it = 1;
   constexpr std::uint8_t sees_it = 2;
