@@ -93,6 +93,11 @@ std::vector<Tie> find_ties(const Topology& topology, Field first_frame, double m
   return ties;
 }
 
+std::size_t most_tied_pairs(std::size_t components) {
+  if (components < 2) return 0;
+  return std::min(ties_of_component * components, components * (components - 1) / 2);
+}
+
 std::vector<Tie> find_walls(const Topology& topology, Field first_frame, Field normals,
                             double mean_edge, double thickness, double weight) {
   constexpr double opposite = -0.7;  // the largest cosine between the normals of both sides

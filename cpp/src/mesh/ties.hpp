@@ -33,6 +33,9 @@ struct Tie {
 std::vector<Tie> find_ties(const Topology& topology, Field first_frame, double mean_edge,
                            double weight);
 
+/// How many pairs of components can be tied, whatever their frame 0.
+std::size_t most_tied_pairs(std::size_t components);
+
 /// Ties vertices to those of the other side of a wall that is thinner than a mean edge, well
 /// spread: the nearest vertex of the same component that lies behind it and whose normal is about
 /// the opposite. The weight falls with the distance as that of other ties. `normals` (k,) point

@@ -10,7 +10,8 @@ LearnedTies::LearnedTies(const Topology& topology, Field first_frame, Field norm
                          double mean_edge, const TrackingConstants& constants)
     : constants_(constants),
       mean_edge_(mean_edge),
-      ties_(find_ties(topology, first_frame, mean_edge, constants.tie_weight)) {
+      ties_(find_ties(topology, first_frame, mean_edge, constants.tie_weight)),
+      most_pairs_(most_tied_pairs(topology.report.components)) {
   std::map<std::pair<Index, Index>, std::uint32_t> numbers;
   for (const Tie& tie : ties_) {
     const auto pair = std::minmax(topology.component[tie.i], topology.component[tie.j]);
@@ -26,7 +27,7 @@ LearnedTies::LearnedTies(const Topology& topology, Field first_frame, Field norm
 
 std::vector<double> LearnedTies::departed(Field x, Field differences,
                                           std::span<const double> departures) const {
-  std::vector<double> sums(n_pairs_), counts(n_pairs_);
+  std::vector<double> sums(most_pairs_), counts(n_pairs_);
   for (std::size_t t = 0; t < pair_of_.size(); ++t) {
     const auto difference = x[ties_[t].i] - x[ties_[t].j];
     sums[pair_of_[t]] += squared_norm(differences[t] - difference);

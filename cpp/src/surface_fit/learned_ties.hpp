@@ -33,9 +33,10 @@ class LearnedTies {
   [[nodiscard]] std::span<const Tie> between() const {
     return std::span(ties_).first(pair_of_.size());
   }
-  /// (pairs,) s^2 of frame 0.
+  /// (pairs,) s^2 of frame 0: as many as any frame 0 could have, so that all states of a mesh have
+  /// the same size.
   [[nodiscard]] std::vector<double> no_departures() const {
-    return std::vector<double>(n_pairs_, 0.0);
+    return std::vector<double>(most_pairs_, 0.0);
   }
   /// The difference X_i - X_j that is kept: that of frame 0, turned by Q.
   static Vector3 kept(const Tie& tie, std::span<const Quaternion> q) {
@@ -61,6 +62,7 @@ class LearnedTies {
   std::vector<Tie> ties_;
   std::vector<double> weights_;  // tau of each tie between components
   std::size_t n_pairs_ = 0;
+  std::size_t most_pairs_;
   std::vector<std::uint32_t> pair_of_;  // of each tie between components, which are the first
 };
 

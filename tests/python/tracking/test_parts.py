@@ -341,3 +341,21 @@ def test_what_was_learned_of_parts_is_in_the_state() -> None:
         expected = tracker.push(scan.points, scan.normals)
         np.testing.assert_array_equal(other.push(scan.points, scan.normals), expected)
     assert other.state() == tracker.state()
+
+
+def test_states_of_another_first_frame_are_restored() -> None:
+    """Other parts are near each other in it, so that other pairs of parts are tied."""
+    faces, frames, labels = frames_of(chain_of_links)
+    other = frames[0].copy()
+    for part in range(labels.max() + 1):
+        other[labels == part] += np.random.default_rng(part).normal(size=3)
+    tracker = Tracker(faces, frames[0])
+    size = len(tracker.state())
+    tracker.reset(other)
+    scan = next(iter(losses.scan_points(other[None], faces, 4, points=8000, noise=0.05)))
+    tracker.push(scan.points, scan.normals)
+    state = tracker.state()
+    assert len(state) == size
+    again = Tracker(faces, frames[0])
+    again.restore(state)
+    assert again.state() == state
