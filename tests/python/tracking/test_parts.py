@@ -345,7 +345,7 @@ def test_what_was_learned_of_parts_is_in_the_state() -> None:
 
 def test_states_of_another_first_frame_are_restored() -> None:
     """Other parts are near each other in it, so that other pairs of parts are tied."""
-    faces, frames, labels = frames_of(chain_of_links)
+    faces, frames, labels = frames_of(pieces_that_fly_apart)
     other = frames[0].copy()
     for part in range(labels.max() + 1):
         other[labels == part] += np.random.default_rng(part).normal(size=3)
