@@ -133,7 +133,7 @@ void Motion<Real>::search(Chunk& chunk, Index t, std::span<Index> generation) {
 template <class Real>
 void Motion<Real>::weigh(Chunk& chunk, Field previous) {
   using Position = Eigen::Map<const Eigen::Array4d, Eigen::Aligned16>;  // two instructions less
-  Real* const s = &s_[cells_.offsets[chunk.first]];
+  Real* const s = s_.data() + cells_.offsets[chunk.first];  // at the end, without neighbours
   Index n = chunk.weighed;
   for (Index r = chunk.before; r < chunk.reached; ++r) {
     const Index j = satellites_[chunk.first + r];
@@ -156,7 +156,7 @@ void Motion<Real>::find_means(const Chunk& chunk, Index t, std::span<const Index
   const auto next = static_cast<Real>(t + 1);
   const Weighted* const d = d_.data();
   Weighted* const means = means_.data();
-  const Real* s = &s_[cells_.offsets[chunk.first]];
+  const Real* s = s_.data() + cells_.offsets[chunk.first];
   const auto satellites = std::span(&satellites_[chunk.first], at(chunk.reached));
   const std::size_t first = revisits_ ? 0 : at(chunk.before);
   for (const Index j : satellites.first(first)) {
