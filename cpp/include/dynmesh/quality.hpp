@@ -30,7 +30,10 @@ enum class Quality {
   /// start of a tracker, the stretch is at most 0.06, and edges have grown or shrunk by at most 6
   /// %.
   good,
-  doubtful,  ///< a part is probably wrong or missing, or less than 1 % of the vertices have a point
+  /// A part is probably wrong or missing, a component is lost, or less than 1 % of the vertices
+  /// have
+  /// a point.
+  doubtful,
   /// The scan is of something else, or the pose was not found: more than 5 % of the points are far,
   /// 20 % disagree, or the stretch is more than 0.3.
   ruined,

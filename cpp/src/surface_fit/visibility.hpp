@@ -23,7 +23,8 @@ struct Visibility {
 /// Draws the surface as each sensor sees it, with about two pixels for each mean edge (Catmull
 /// 1974). `normals` (k,) are outward; vertices of sheets, (k,), face every sensor. Without sensors,
 /// the surface is seen from far away on all sides; a sensor within its bounds sees all that faces
-/// it. The time is linear in the number of triangles and of sensors.
+/// it. Of more than 24 sensors, so many are used at most, evenly chosen. The time is linear in the
+/// number of triangles and of sensors.
 Visibility find_visibility(std::span<const Triangle> faces, std::span<const Index> component,
                            Field x, Field normals, std::span<const std::uint8_t> is_sheet,
                            Field sensors, double mean_edge, Workers& workers);
