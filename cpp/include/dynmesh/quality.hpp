@@ -31,8 +31,7 @@ enum class Quality {
   /// %.
   good,
   /// A part is probably wrong or missing, a component is lost, or less than 1 % of the vertices
-  /// have
-  /// a point.
+  /// have a point.
   doubtful,
   /// The scan is of something else, or the pose was not found: more than 5 % of the points are far,
   /// 20 % disagree, or the stretch is more than 0.3.

@@ -12,6 +12,7 @@ writer writes frame 0 as `NAME.obj`. Unknown positions are written as NaN, and f
 import struct
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -101,8 +102,8 @@ def write_pc2(path: Path, header: Header, frames: Frames) -> list[str]:
         for number, frame in enumerate(frames):
             if number == 0 and needs_mesh:
                 single = replace(header, n_frames=1, times=None, attributes=())
-                points, origin = frame.points, frames.origin
-                mesh_alone: Run[Report] = Run(single, lambda: iter([Frame(points)]), origin=origin)  # noqa: B023
+                first = partial(iter, [Frame(frame.points)])
+                mesh_alone: Run[Report] = Run(single, first, origin=frames.origin)
                 remarks += write_obj(path.with_suffix(".obj"), single, mesh_alone)
             file.write(frame.points.astype(_DTYPE, order="C", copy=False).data)
     return remarks
