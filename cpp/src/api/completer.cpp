@@ -77,7 +77,8 @@ struct Completion {
     if (learned) learned->make();
     describe(memory, report);
     if (memory.n_frames == 0) return;  // frame 0 is not judged
-    quality.describe(memory.last, memory.generations.of_vertices(), memory.verdict, report);
+    quality.describe(memory.last, memory.generations.of_vertices(), memory.completion.first_frame,
+                     report);
   }
 
   /// Completes the frame whose anchors are in `next`. Only the estimate can fail, if memory is
@@ -100,9 +101,10 @@ struct Completion {
       stream.count_frames(memory, next);
     }
     disconnected.remember(memory, next);
-    next.verdict = memory.verdict;
+    next.completion.first_frame = memory.completion.first_frame;
     describe(next, report);
-    quality.judge(memory.last, next.last, next.generations.of_vertices(), next.verdict, report);
+    quality.judge(memory.last, next.last, next.generations.of_vertices(),
+                  next.completion.first_frame, report);
     if (learned) learned->learn(next);
     return report;
   }

@@ -37,17 +37,17 @@ class Recovery {
   /// What is remembered of frame 0.
   void begin(Memory& memory) const {
     if (!is_wanted_) return;
-    memory.good = first_;
+    memory.tracking.good = first_;
     // A scan that has been far from the surface from the start may show other things beside it, so
     // the first pause lasts until a frame is good.
-    memory.frames_until_search = std::nullopt;
+    memory.tracking.frames_until_search = std::nullopt;
   }
 
   /// How the surface lies in the scan in which it was found.
   [[nodiscard]] Measure measure(const Memory& memory, const TemplateTracking::Found& found) const {
     const Cells& cells = mesh_.topology.cells;
     Measure made = measured(found.agreements.all, found.observed, cells, first_, found.x);
-    made.is_start = memory.is_start != 0;
+    made.is_start = memory.tracking.is_start != 0;
     if (!found.lost.empty() && found.agreements.all.points > 0) {
       made.lost = static_cast<double>(found.lost.front());
       made.hole = static_cast<double>(found.lost.size()) / static_cast<double>(first_.size());
@@ -57,7 +57,7 @@ class Recovery {
   }
   /// Whether the template was lost in a frame, after a good one.
   [[nodiscard]] bool is_due(const Memory& memory, const Measure& measure) const {
-    return is_wanted_ && memory.frames_until_search && is_lost(measure);
+    return is_wanted_ && memory.tracking.frames_until_search && is_lost(measure);
   }
 
   /// Seeks the template from elsewhere than in `memory`. Returns the memory from which the surface
@@ -72,9 +72,9 @@ class Recovery {
       measure = this->measure(memory, found);
       return !is_lost(measure);
     };
-    if (is_found_from(memory.good)) return start;
-    if (memory.frames_until_search == 0) {
-      const auto frame = registered(memory.good, measurement);
+    if (is_found_from(memory.tracking.good)) return start;
+    if (memory.tracking.frames_until_search == 0) {
+      const auto frame = registered(memory.tracking.good, measurement);
       if (frame && is_found_from(*frame)) {
         measure.is_start = false;  // the scan may show another pose
         measure.quality = judged(measure);
@@ -89,23 +89,23 @@ class Recovery {
   void remember(const Memory& memory, const Measure& measure, bool was_due, Memory& next) const {
     const bool has_points = measure.agreement.points > 0;
     const bool has_begun = has_points && (measure.quality == Quality::good || !measure.is_start);
-    next.is_start = has_begun ? 0 : memory.is_start;
+    next.tracking.is_start = has_begun ? 0 : memory.tracking.is_start;
     if (!is_wanted_) return;
     const bool is_good = has_points && !is_lost(measure);
-    next.good = is_good && !was_due ? next.last : memory.good;
-    next.frames_until_search = memory.frames_until_search;
-    if (!memory.frames_until_search) {
-      if (is_good) next.frames_until_search = 0;
-    } else if (*memory.frames_until_search > 0) {
-      next.frames_until_search = *memory.frames_until_search - 1;
+    next.tracking.good = is_good && !was_due ? next.last : memory.tracking.good;
+    next.tracking.frames_until_search = memory.tracking.frames_until_search;
+    if (!memory.tracking.frames_until_search) {
+      if (is_good) next.tracking.frames_until_search = 0;
+    } else if (*memory.tracking.frames_until_search > 0) {
+      next.tracking.frames_until_search = *memory.tracking.frames_until_search - 1;
     } else if (was_due) {
-      next.frames_until_search = TrackingConstants().frames_between_recoveries - 1;
+      next.tracking.frames_until_search = TrackingConstants().frames_between_recoveries - 1;
     }
   }
 
   /// Refuses what no frames can have left.
   static void check(const Memory& memory) {
-    const int frames = memory.frames_until_search.value_or(0);
+    const int frames = memory.tracking.frames_until_search.value_or(0);
     if (frames < TrackingConstants().frames_between_recoveries) return;
     refuse_state("seeks the template later than any frame can");
   }

@@ -77,7 +77,7 @@ struct Tracking {
   /// Completes the report of the last frame of a memory that is frame 0 or was stored.
   static void begin(const Memory& memory, TrackingReport& report) {
     Recovery::check(memory);
-    if (memory.n_frames == 0) report.measure.is_start = memory.is_start != 0;
+    if (memory.n_frames == 0) report.measure.is_start = memory.tracking.is_start != 0;
     report.measure.quality = judged(report.measure);
     describe_quality(report);
     describe(memory, report);

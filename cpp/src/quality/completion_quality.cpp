@@ -107,34 +107,34 @@ CompletionQuality::CompletionQuality(const Cells& cells, Field first_frame)
 }
 
 void CompletionQuality::judge(Field previous, Field completed, Generation generation,
-                              Verdict& verdict, FrameReport& report) {
-  if (verdict.n_judged < limits.judged_frames) {
+                              FirstFrameCheck& check, FrameReport& report) {
+  if (check.n_judged < limits.judged_frames) {
     const double change = change_at_anchors(generation, first_frame_, completed);
     const bool has_edges = changes_.size() >= limits.fewest;
     if (has_edges) {
-      const bool is_first = verdict.n_judged == 0;
-      if (!is_first) verdict.sum_of_steps += change_at_anchors(generation, previous, completed);
+      const bool is_first = check.n_judged == 0;
+      if (!is_first) check.sum_of_steps += change_at_anchors(generation, previous, completed);
       const double limit = is_first ? limits.clear_misfit : limits.misfit;
-      if (change > limit && change > limits.steps * verdict.sum_of_steps) {
-        verdict.frame_0 = Verdict::is_other;
+      if (change > limit && change > limits.steps * check.sum_of_steps) {
+        check.result = FirstFrameCheck::is_other;
       }
     }
     const bool has_anchors = !edges_.empty() && report.known >= limits.fewest_anchors;
     if (has_anchors) choose_anchors(generation);
     if (has_anchors && is_scattered(completed)) {
-      verdict.frame_0 = Verdict::is_reordered;
+      check.result = FirstFrameCheck::is_reordered;
     } else if (has_anchors && is_mirrored(completed)) {
-      verdict.frame_0 = Verdict::is_mirrored;
-    } else if (has_anchors && verdict.frame_0 == Verdict::is_reordered) {
-      verdict.frame_0 = Verdict::fits;  // the frame before had the other order
+      check.result = FirstFrameCheck::is_mirrored;
+    } else if (has_anchors && check.result == FirstFrameCheck::is_reordered) {
+      check.result = FirstFrameCheck::fits;  // the frame before had the other order
     }
-    if (has_edges || has_anchors) ++verdict.n_judged;
+    if (has_edges || has_anchors) ++check.n_judged;
   }
-  describe(completed, generation, verdict, report);
+  describe(completed, generation, check, report);
 }
 
-void CompletionQuality::describe(Field completed, Generation generation, const Verdict& verdict,
-                                 FrameReport& report) {
+void CompletionQuality::describe(Field completed, Generation generation,
+                                 const FirstFrameCheck& check, FrameReport& report) {
   report.quality = Quality::good;
   report.reason = {};
   if (report.known == 0) {
@@ -151,15 +151,15 @@ void CompletionQuality::describe(Field completed, Generation generation, const V
   const auto [share, torn] = shares_of(completed, generation);
   const bool is_ruined = share > limits.ruined_share;
   const bool is_torn = torn > limits.torn_share;
-  const bool is_misfit = verdict.frame_0 == Verdict::is_other &&
+  const bool is_misfit = check.result == FirstFrameCheck::is_other &&
                          change_at_anchors(generation, first_frame_, completed) > limits.misfit;
-  if (verdict.frame_0 == Verdict::is_mirrored) {
+  if (check.result == FirstFrameCheck::is_mirrored) {
     give_reason(
         report, Quality::doubtful,
         "what is known is mirrored where completion started, as if one of them had the axes "
         "of a left hand");
   }
-  if (verdict.frame_0 == Verdict::is_reordered) {
+  if (check.result == FirstFrameCheck::is_reordered) {
     give_reason(
         report, Quality::doubtful,
         "what is known is at other distances from each other than where completion started, "

@@ -56,12 +56,12 @@ class CompletionQuality {
  public:
   CompletionQuality(const Cells& cells, Field first_frame);
 
-  /// Sets `quality` and `reason` in the report of the frame that follows `previous`, and its
-  /// verdict, which is that of the frame before so far. `generation` is that of each vertex.
-  void judge(Field previous, Field completed, std::span<const Index> generation, Verdict& verdict,
-             FrameReport& report);
-  /// Sets `quality` and `reason` in the report of a frame that was judged before, by its verdict.
-  void describe(Field completed, std::span<const Index> generation, const Verdict& verdict,
+  /// Sets `quality` and `reason` in the report of the frame that follows `previous`, and the check
+  /// of frame 0, which is that of the frame before so far. `generation` is that of each vertex.
+  void judge(Field previous, Field completed, std::span<const Index> generation,
+             FirstFrameCheck& check, FrameReport& report);
+  /// Sets `quality` and `reason` in the report of a frame that was judged before, by its check.
+  void describe(Field completed, std::span<const Index> generation, const FirstFrameCheck& check,
                 FrameReport& report);
 
  private:

@@ -54,8 +54,8 @@ Detail::Detail(const ShapeModel& model, const Modes& modes, const Settings& sett
 void Detail::begin(Memory& memory) const {
   memory.q.assign(model_.size(), {1, 0, 0, 0});
   memory.m = model_.first_shape;
-  memory.u.resize(model_.size());
-  memory.gains.components.resize(model_.topology.report.components);
+  memory.completion.u.resize(model_.size());
+  memory.completion.gains.components.resize(model_.topology.report.components);
   if (model_.is_trained) memory.fit.coefficients = ShapeFit::no_coefficients();
   memory.errors = error_bars_.no_errors();
   const std::size_t n_components = model_.topology.report.components;
@@ -64,15 +64,15 @@ void Detail::begin(Memory& memory) const {
 
 std::size_t Detail::estimate(const Memory& memory, Memory& next, StageReport& report) {
   const Generations& generations = next.generations;
-  anchors_.set_frame(memory.last, next.last, generations, memory.lambda);
+  anchors_.set_frame(memory.last, next.last, generations, memory.completion.lambda);
   if (anchors_.any_solved()) {
     const Stopwatch stopwatch(report.factor_seconds);
     system_.factorize(anchors_);
   }
-  next.lambda = memory.lambda;
+  next.completion.lambda = memory.completion.lambda;
   next.fit = memory.fit;
-  next.gains = memory.gains;
-  ++next.gains.frame;
+  next.completion.gains = memory.completion.gains;
+  ++next.completion.gains.frame;
   // What no edge connects to an anchor turns with the increments, even if nothing is solved for.
   const bool any_disconnected = generations.disconnected_vertices() > 0;
   const bool are_turned = anchors_.any_solved() || (anchors_.number > 0 && any_disconnected);
@@ -135,15 +135,15 @@ std::size_t Detail::estimate(const Memory& memory, Memory& next, StageReport& re
   move_to_shape();
 
   if (noise_ || error_bars_.exist()) system_.apply(x_, 1, kx_);
-  if (noise_) next.lambda = next_lambda(memory.lambda);
+  if (noise_) next.completion.lambda = next_lambda(memory.completion.lambda);
   if (error_bars_.exist()) {
     error_bars_.update({x_, kx_, shape_, directions.rounding}, anchors_, generations, system_,
                        model_.clusters(), memory.errors, next.errors);
   }
 
   // Step 5: move the satellites by a share of the first-order step.
-  report.first_order_share =
-      first_order_.improve({memory.last, x_, shape_, anchors_.observed}, generations, next.gains);
+  report.first_order_share = first_order_.improve({memory.last, x_, shape_, anchors_.observed},
+                                                  generations, next.completion.gains);
   for (std::size_t v = 0; v < x_.size(); ++v) {
     if (anchors_.is_solved[v] != 0) next.last[v] = x_[v];
   }
@@ -234,8 +234,8 @@ void Detail::remember(const Memory& memory, Memory& next, StageReport& report) {
     // A jump by a mean edge length or more is considered an error, and u is reset.
     const bool is_jump = !(squared_norm(newest) < model_.mean_edge * model_.mean_edge);
     const auto mean =
-        (1 - detail_constants.newest) * memory.u[v] + detail_constants.newest * newest;
-    next.u[v] = is_jump ? Vector3{} : mean;
+        (1 - detail_constants.newest) * memory.completion.u[v] + detail_constants.newest * newest;
+    next.completion.u[v] = is_jump ? Vector3{} : mean;
   });
 }
 

@@ -68,7 +68,7 @@ class Detail {
   ResidualField find_directions(const Memory& memory, std::span<const Quaternion> q);
   void add_modes(const ResidualField& directions, Memory& next);
   [[nodiscard]] ShapeTerms terms(const Memory& memory, std::size_t v) const {
-    return {memory.m[v], model_.first_shape[v] - memory.m[v], memory.u[v]};
+    return {memory.m[v], model_.first_shape[v] - memory.m[v], memory.completion.u[v]};
   }
   void move_to_shape();
   void add_turn_errors(const Memory& memory, Memory& next, bool are_turned);

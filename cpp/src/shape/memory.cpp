@@ -13,7 +13,7 @@ namespace dynmesh {
 // that later frames cannot handle, wherever the bytes come from.
 void check_memory(const Memory& memory, double largest) {
   check_stored_frame(memory.last, largest);
-  if (!are_in_range(memory.before) || !are_in_range(memory.good)) {
+  if (!are_in_range(memory.tracking.before) || !are_in_range(memory.tracking.good)) {
     refuse_state("does not contain valid frames before the last one");
   }
   for (std::size_t v = 0; v < memory.age.size(); ++v) {
@@ -27,12 +27,13 @@ void check_memory(const Memory& memory, double largest) {
     refuse_state("holds a rotation that is none");
   }
   const double range = detail_constants.range_of_lambda;
-  if (memory.lambda < detail_constants.first_lambda / range ||
-      memory.lambda > detail_constants.first_lambda * range) {
+  if (memory.completion.lambda < detail_constants.first_lambda / range ||
+      memory.completion.lambda > detail_constants.first_lambda * range) {
     refuse_state("weighs anchors as no frame can");
   }
-  const Verdict& verdict = memory.verdict;
-  if (verdict.n_judged < 0 || verdict.sum_of_steps < 0 || verdict.frame_0 > Verdict::is_reordered) {
+  const FirstFrameCheck& check = memory.completion.first_frame;
+  if (check.n_judged < 0 || check.sum_of_steps < 0 ||
+      check.result > FirstFrameCheck::is_reordered) {
     refuse_state("holds a verdict that no frames can have left");
   }
   const ErrorMemory& errors = memory.errors;
@@ -46,15 +47,15 @@ void check_memory(const Memory& memory, double largest) {
   }
   const auto is_square = [](double x) { return x >= 0; };
   if (!std::ranges::all_of(memory.departures, is_square) ||
-      !std::ranges::all_of(memory.coarse_departures, is_square)) {
+      !std::ranges::all_of(memory.tracking.coarse_departures, is_square)) {
     refuse_state("holds negative squares");
   }
-  if (memory.is_start > 1) refuse_state("does not tell whether a frame was good");
+  if (memory.tracking.is_start > 1) refuse_state("does not tell whether a frame was good");
   const auto is_share = [](double x) { return x >= 0 && x <= 1; };
   const auto is_plausible = [](double a) {
     return std::abs(a) <= training_constants.largest_coefficient;
   };
-  for (const FitMemory& fit : {memory.fit, memory.coarse_fit}) {
+  for (const FitMemory& fit : {memory.fit, memory.tracking.coarse_fit}) {
     if (is_share(fit.prior_weight) && is_share(fit.prior_share) &&
         std::ranges::all_of(fit.coefficients, is_plausible)) {
       continue;

@@ -68,7 +68,7 @@ struct ErrorMemory {
 };
 
 /// Whether frame 0 fits the first frames; see quality/completion_quality.hpp.
-struct Verdict {
+struct FirstFrameCheck {
   static constexpr std::uint8_t fits = 0;
   static constexpr std::uint8_t is_other = 1;
   static constexpr std::uint8_t is_mirrored = 2;
@@ -76,7 +76,26 @@ struct Verdict {
 
   Index n_judged = 0;       ///< frames, up to a limit
   double sum_of_steps = 0;  ///< changes between them
-  std::uint8_t frame_0 = fits;
+  std::uint8_t result = fits;
+};
+
+/// What completers alone remember.
+struct CompletionMemory {
+  std::vector<Vector3> u;                         ///< (k,) the recent change of m per frame
+  double lambda = detail_constants.first_lambda;  ///< the weight of noisy anchors, in the unit of K
+  GainMemory gains;
+  FirstFrameCheck first_frame;
+};
+
+/// What trackers alone remember.
+struct TrackingMemory {
+  std::vector<Vector3> before;            ///< (k,) the frame before the last one
+  FitMemory coarse_fit;                   ///< of the coarse mesh
+  std::vector<double> coarse_departures;  ///< of the coarse mesh
+  std::vector<Vector3> good;              ///< (k,) the last frame in which the surface was not lost
+  /// The number of frames in which it is not sought elsewhere, or none: until a frame is good.
+  std::optional<int> frames_until_search = 0;
+  std::uint8_t is_start = 1;  ///< whether no frame was good yet
 };
 
 /// A regular value: a frame is found from the memory of the last one and writes that of the next
@@ -91,7 +110,6 @@ struct Memory {
         generations(last.size()) {}
 
   std::vector<Vector3> last;        ///< (k,) the completed frame
-  std::vector<Vector3> before;      ///< (k,) the one before it
   std::vector<std::uint8_t> known;  ///< (k,) its anchors
   std::vector<Index> age;           ///< (k,) the number of frames since each was known
   std::size_t n_frames = 0;         ///< since frame 0
@@ -99,47 +117,40 @@ struct Memory {
 
   std::vector<Quaternion> q;  ///< (k,) Q, how the surface has turned since frame 0
   std::vector<Vector3> m;     ///< (k,) its detail, turned back by Q
-  std::vector<Vector3> u;     ///< (k,) the recent change of m per frame
-  double lambda = detail_constants.first_lambda;  ///< the weight of noisy anchors, in the unit of K
   FitMemory fit;
-  FitMemory coarse_fit;  ///< of the coarse mesh of a tracker
   /// (pairs,) by how much components that are near in frame 0 moved apart; see LearnedTies of a
   /// tracker and Leaders of a completer.
   std::vector<double> departures;
-  std::vector<double> coarse_departures;  ///< of the coarse mesh of a tracker
-  GainMemory gains;
   ErrorMemory errors;
-  Verdict verdict;
-
-  std::vector<Vector3> good;  ///< (k,) the last frame in which the surface was not lost
-  /// The number of frames in which it is not sought elsewhere, or none: until a frame is good.
-  std::optional<int> frames_until_search = 0;
-  std::uint8_t is_start = 1;  ///< whether no frame was good yet
+  CompletionMemory completion;
+  TrackingMemory tracking;
 };
 
 /// Calls `visit` with all numbers of a memory, some at a time: a number or a vector of numbers, of
 /// Vector3 or of Quaternion. With `false` if they need not be finite.
 template <class Visited, class Visit>
 void each_number(Visited& memory, const Visit& visit) {
+  auto& completion = memory.completion;
+  auto& tracking = memory.tracking;
   visit(memory.n_frames);
   visit(memory.last);
-  visit(memory.before);
+  visit(tracking.before);
   visit(memory.age);
   visit(memory.known);
-  visit(memory.verdict.n_judged);
-  visit(memory.verdict.sum_of_steps);
-  visit(memory.verdict.frame_0);
+  visit(completion.first_frame.n_judged);
+  visit(completion.first_frame.sum_of_steps);
+  visit(completion.first_frame.result);
   visit(memory.q);
   visit(memory.m);
-  visit(memory.u);
-  visit(memory.lambda);
-  for (auto& [gains, share] : memory.gains.components) {
+  visit(completion.u);
+  visit(completion.lambda);
+  for (auto& [gains, share] : completion.gains.components) {
     visit(gains.sums);
     visit(gains.count);
     visit(share);
   }
-  visit(memory.gains.frame);
-  for (auto* fit : {&memory.fit, &memory.coarse_fit}) {
+  visit(completion.gains.frame);
+  for (auto* fit : {&memory.fit, &tracking.coarse_fit}) {
     visit(fit->coefficients);
     for (auto* number : {&fit->residual_variance, &fit->size, &fit->determined, &fit->explained,
                          &fit->prior_weight, &fit->prior_share}) {
@@ -147,7 +158,7 @@ void each_number(Visited& memory, const Visit& visit) {
     }
   }
   visit(memory.departures);
-  visit(memory.coarse_departures);
+  visit(tracking.coarse_departures);
   visit(memory.errors.errors);
   visit(memory.errors.changes);
   visit(memory.errors.energies);
@@ -161,14 +172,14 @@ void each_number(Visited& memory, const Visit& visit) {
   }
   visit(memory.errors.turns_of_all);
   visit(memory.errors.standard_errors, false);  // infinite for disconnected vertices
-  visit(memory.good);
+  visit(tracking.good);
   constexpr std::uint8_t until_good = 255;
-  auto pause = static_cast<std::uint8_t>(memory.frames_until_search.value_or(until_good));
+  auto pause = static_cast<std::uint8_t>(tracking.frames_until_search.value_or(until_good));
   visit(pause);
   if constexpr (!std::is_const_v<Visited>) {
-    memory.frames_until_search = pause == until_good ? std::nullopt : std::optional<int>(pause);
+    tracking.frames_until_search = pause == until_good ? std::nullopt : std::optional<int>(pause);
   }
-  visit(memory.is_start);
+  visit(tracking.is_start);
 }
 
 /// Refuses numbers that no frame can have left. All are finite but those that need not be, and

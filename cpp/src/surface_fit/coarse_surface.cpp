@@ -108,11 +108,11 @@ void CoarseSurface::choose(const Memory& memory, Memory& coarse) const {
   for (std::size_t c = 0; c < size(); ++c) {
     const std::size_t v = at(mesh_.vertices[c]);
     coarse.last[c] = memory.last[v];
-    coarse.before[c] = memory.before[v];
+    coarse.tracking.before[c] = memory.tracking.before[v];
     coarse.q[c] = memory.q[v];
   }
-  coarse.fit = memory.coarse_fit;
-  coarse.departures = memory.coarse_departures;
+  coarse.fit = memory.tracking.coarse_fit;
+  coarse.departures = memory.tracking.coarse_departures;
 }
 
 /// As method detail: Q is turned further as the coarse vertices were, and X is solved for; then Q

@@ -51,7 +51,7 @@ SurfaceTracking::SurfaceTracking(std::vector<Triangle> faces, const Topology& to
       observed_(first_frame.size()) {}
 
 void SurfaceTracking::begin(Memory& memory) const {
-  memory.before = memory.last;
+  memory.tracking.before = memory.last;
   shape_.begin(memory);
 }
 
@@ -115,7 +115,7 @@ void SurfaceTracking::predict(const Memory& memory, const PointScan& measurement
     return matches_.distance_of(constants_.far_share);
   };
   std::vector<Vector3> led_to = memory.last;
-  auto before = memory.before;
+  auto before = memory.tracking.before;
   carry_on(led_to, before, constants_.prediction);
   matches_.look(led_to);
   const double distance_of_last = distance_from(memory.last);
@@ -135,7 +135,7 @@ void SurfaceTracking::predict_components(const Memory& memory, Field led_to,
   }
   std::vector<Vector3> moved_on(x_.size());
   for (const auto& vertices : members) {
-    const RigidMotion motion = fit_rigid_motion(vertices, memory.before, memory.last);
+    const RigidMotion motion = fit_rigid_motion(vertices, memory.tracking.before, memory.last);
     for (const Index v : vertices) moved_on[at(v)] = motion.apply(memory.last[at(v)]);
   }
   const auto seen = matches_.seen();
@@ -313,12 +313,12 @@ SurfaceTracking::Found SurfaceTracking::compared(int iterations) {
 }
 
 void SurfaceTracking::remember(const Memory& memory, bool moves, Memory& next) {
-  std::ranges::copy(moves ? memory.last : next.last, next.before.begin());
+  std::ranges::copy(moves ? memory.last : next.last, next.tracking.before.begin());
   shape_.remember(next.last, next);
 }
 
 void SurfaceTracking::place(Field frame, Memory& memory) {
-  for (auto* of : {&memory.last, &memory.before}) std::ranges::copy(frame, of->begin());
+  for (auto* of : {&memory.last, &memory.tracking.before}) std::ranges::copy(frame, of->begin());
   shape_.remember(memory.last, memory);
 }
 

@@ -51,8 +51,8 @@ TemplateTracking::Coarse::Coarse(DecimatedMesh mesh, SurfaceTracking& whole,
 void TemplateTracking::begin(Memory& memory) const {
   whole_.begin(memory);
   if (coarse_ == nullptr) return;
-  memory.coarse_fit = coarse_->first_fit;
-  memory.coarse_departures = coarse_->no_departures;
+  memory.tracking.coarse_fit = coarse_->first_fit;
+  memory.tracking.coarse_departures = coarse_->no_departures;
 }
 
 TemplateTracking::Found TemplateTracking::fit(const Memory& memory, const PointScan& measurement,
@@ -64,8 +64,8 @@ TemplateTracking::Found TemplateTracking::fit(const Memory& memory, const PointS
   const int iterations = tracking.find(last, measurement, {}, found);
   std::ranges::copy(tracking.x(), found.last.begin());
   tracking.fit_rotations(found);
-  next.coarse_fit = found.fit;
-  next.coarse_departures = tracking.departures(found, memory.coarse_departures);
+  next.tracking.coarse_fit = found.fit;
+  next.tracking.coarse_departures = tracking.departures(found, memory.tracking.coarse_departures);
   const std::span<Vector3> x = whole_.start(memory, measurement, next);
   surface.restore(last, found, memory, whole_.rest_shape(), next, x);
   return whole_.settle(memory, is_live_ ? 0 : constants().whole_iterations, iterations, next);
@@ -78,7 +78,7 @@ void TemplateTracking::remember(const Memory& memory, bool moves, bool is_lost, 
     next.departures = whole_.departures(next, memory.departures);
   } else {
     next.departures = memory.departures;
-    next.coarse_departures = memory.coarse_departures;
+    next.tracking.coarse_departures = memory.tracking.coarse_departures;
   }
 }
 
