@@ -82,6 +82,15 @@ def locating(*, frame: float | None = None, file: Path | None = None) -> Iterato
 
 
 @contextlib.contextmanager
+def within(place: str) -> Iterator[None]:
+    """Puts a place in a file, such as a field, before what errors of dynmesh say."""
+    try:
+        yield
+    except DynmeshError as error:
+        raise InputError(f"{place}: {error}") from error
+
+
+@contextlib.contextmanager
 def numbering(path: Path, number: Callable[[int], float]) -> Iterator[None]:
     """Adds the name of the file to errors, and calls frames that they count from 0 as it does.
 

@@ -12,9 +12,8 @@ from .._errors import InputError, naming
 from ..frames import ATTRIBUTES, FileFrames, Frame, Frames, Header, Indices, Origin
 from ..polygons import Polygons, as_polygons, split_polygons
 from .comments import Metadata
-from .folders import find_files, names_to_write
 from .format import HOLDS_FACES, OTHER_MESHES, Gaps, Template, find_template
-from .names import numbers_in
+from .names import find_files, names_to_write, numbers_in
 from .output import destination_of
 from .times import numbers_of_files, timing_of
 
@@ -44,7 +43,8 @@ class FilePerFrame(FileFrames):
     suffix: ClassVar[str]
 
     def __init__(self, path: Path, *, faces: Template | None = None, gaps: Gaps = "refuse") -> None:
-        self._files, numbers = find_files(path, self.suffix, gaps)
+        found = find_files(path, self.suffix, gaps)
+        self._files = found.files
         n_frames, present = len(self._files), [file for file in self._files if file is not None]
         self._first = present[0]
         with naming(self._first):
@@ -65,7 +65,7 @@ class FilePerFrame(FileFrames):
                 n_vertices=k,
                 dtype=frame.points.dtype,
                 polygons=polygons_or_none,
-                **timing_of(numbers),
+                **timing_of(found.numbers),
                 **metadata._asdict(),
                 attributes=frame.attributes(),
             )

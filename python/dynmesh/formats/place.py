@@ -7,8 +7,8 @@ from pathlib import Path
 from .._errors import InputError
 from .._report import some_of
 from ..frames import Frames, Header
-from .folders import names_to_write
 from .format import Format
+from .names import names_to_write
 from .output import (
     check_folder,
     exchange,

@@ -12,13 +12,12 @@ from .._checks import path_of
 from .._errors import InputError, KindError, naming
 from .._extras import require
 from .._report import listed, warn
-from ..frames import Frames, largest_start
+from ..frames import Frames
 from .alembic import alembic
-from .folders import files_in, matching, with_missing
 from .foreign import guarded
 from .format import Format
 from .hdf5 import hdf5
-from .names import WILDCARDS, FrameNames, Number, by_number, numbers_in
+from .names import FrameNames, files_in, matching, with_gaps
 from .npy import npy
 from .npz import npz
 from .obj import obj
@@ -132,38 +131,23 @@ def named_like(frames: Frames, folder: Path) -> tuple[Path, list[str]]:
     Returns:
         The path, or a pattern; and, where no pattern gives it, the name of the file of each frame.
     """
+    path = frames.path
     if (folder.suffix and not folder.is_dir()) or not frames.files:
         return folder, []
-    with naming(frames.path):
-        present, pattern = _present(frames.path)
-    if not present:
-        return folder, []
-    names = FrameNames(folder, Path(pattern).name)
-    is_counted = not pattern or max(map(abs, present)) > largest_start
-    if is_counted or not names.numbered or WILDCARDS.keys() & {*names.pattern}:
-        suffix = next(iter(present.values())).suffix
-        names = FrameNames(folder, f"frame_%04d{suffix}")
-    if all(names.name(number) == file.name for number, file in present.items()):
-        return folder / names.pattern, []
-    files: dict[Number, Path | None] = {**present}
-    if is_counted:
-        files = {at: present.get(number) for at, number in enumerate(with_missing([*present]))}
-    found = (files.get(frames.header.number(frame)) for frame in range(frames.n_frames))
-    kept = [file.name for file in found if file is not None]
-    return folder / names.pattern, kept if len({*kept}) == frames.n_frames else []
-
-
-def _present(path: Path) -> tuple[dict[Number, Path], str]:
-    """The files of frames by number, and the pattern of their names; empty if they are counted."""
-    suffixes = [format.suffixes[0] for format in all_formats().values() if format.is_per_frame]
-    names = FrameNames.of(path)
-    if path.is_dir():
-        files = next(filter(None, (files_in(path, suffix) for suffix in suffixes)), [])
-    elif names.numbered:
-        return (names.existing(), path.name) if path.suffix.lower() in suffixes else ({}, "")
+    suffixes = [one.suffixes[0] for one in all_formats().values() if one.is_per_frame]
+    for suffix in suffixes:
+        if files_in(path, suffix) if path.is_dir() else path.suffix.lower() == suffix:
+            break
     else:
-        files = [path] if path.exists() else matching(path)
-    if not files or files[0].suffix.lower() not in suffixes:
-        return {}, ""
-    numbers, pattern = ([0], None) if files == [path] else numbers_in(files)
-    return by_number(zip(numbers, files, strict=True)), pattern or ""
+        return folder, []
+    with naming(path):
+        found = with_gaps(path, suffix)
+    by_number = dict(zip(found.numbers, found.names, strict=True))
+    if found.pattern is not None:
+        names = FrameNames(folder, found.pattern)
+        if all(names.name(number) == name for number, name in by_number.items()):
+            return folder / found.pattern, []
+    kept = [by_number.get(frames.header.number(frame), "") for frame in range(frames.n_frames)]
+    return folder / f"frame_%04d{suffix}", kept if all(kept) and len(
+        {*kept}
+    ) == frames.n_frames else []

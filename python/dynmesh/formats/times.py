@@ -6,6 +6,7 @@ If the frames per second are unknown, formats with times in seconds get the numb
 import math
 import statistics
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,8 +15,7 @@ from numpy.typing import NDArray
 from .._checks import check_integer, check_number
 from .._errors import InputError, KindError
 from ..frames import Header
-from .folders import has_gaps
-from .names import FrameNames, Number
+from .names import FrameNames, Number, usual_distance
 
 broadcast = (23.976, 29.97, 59.94, 24000 / 1001, 30000 / 1001, 60000 / 1001)
 """Common frame rates that need more digits than some files store."""
@@ -66,7 +66,9 @@ def numbers_of_files(header: Header, names: FrameNames) -> list[Number]:
     """
     numbers: list[Number] = [header.number(frame) for frame in range(header.n_frames)]
     kept = all(names.number(names.name(number)) == number for number in numbers)
-    return numbers if kept and not has_gaps(numbers) else [*range(len(numbers))]
+    most = 1.5 * usual_distance(numbers)
+    is_even = all(after - before <= most for before, after in pairwise(numbers))
+    return numbers if kept and is_even else [*range(len(numbers))]
 
 
 def timing_of(numbers: Sequence[Number]) -> dict[str, Any]:

@@ -1,13 +1,12 @@
 """Which camera and which frame a depth image is of, by its name and its folder."""
 
 import re
-from collections.abc import Collection, Container, Iterable, Mapping
+from collections.abc import Container, Iterable
 from itertools import chain
 from pathlib import Path
 
-from .._errors import InputError
-from ..formats.folders import files_in, matching
-from ..formats.names import FrameNames, Number, by_number, numbers_in
+from .._errors import InputError, within
+from ..formats.names import FrameNames, Number, by_number, files_in, matching, numbers_in
 from .cameras import Rig, ScanCamera
 from .depth_files import SUFFIX
 
@@ -29,50 +28,36 @@ def images_by_camera(path: Path, rig: Rig) -> dict[str, dict[Number, Path]]:
     The camera is named at the end of a file's name, or else is the folder's name, or, if there is
     only one, need not be named at all.
     """
-    images, cameras = images_in(path, rig), {camera.name for camera in rig.cameras}
-    owners = [_owner(file, path, cameras) for file in images]
-    if len(cameras) == 1 and not any(name for name, _ in owners):
-        owners = [(next(iter(cameras)), file.stem) for file in images]
-    others = [f for f, (name, _) in zip(images, owners, strict=True) if name is None]
-    parts = [(file, *file.stem.rpartition("_")[::2]) for file in others]
-    not_described = {name: file for file, before, name in parts if before[-1:].isdigit()}
-    if not_described:
-        message = " and of ".join(
-            f"{name!r} ({f.name})" for name, f in sorted(not_described.items())
-        )
-        raise InputError(
-            f"holds images of camera {message}, which the cameras file does not describe; describe "
-            "it there, or move its images elsewhere"
-        )
-    own: dict[str, dict[Path, str]] = {name: {} for name in cameras}
-    for file, (name, stem) in zip(images, owners, strict=True):
+    own: dict[str, dict[Path, str]] = {camera.name: {} for camera in rig.cameras}
+    images = images_in(path, rig)
+    owners = {file: _owner(file, path, own) for file in images}
+    if len(own) == 1 and not any(name for name, _ in owners.values()):
+        owners = {file: (rig.cameras[0].name, file.stem) for file in images}
+    for file, (name, stem) in owners.items():
+        before, _, end = stem.rpartition("_")
         if name is not None:
             own[name][file] = stem
-    names, result = FrameNames.of(path), dict[str, dict[Number, Path]]()
+        elif before[-1:].isdigit():
+            raise InputError(
+                f"holds images of camera {end!r} ({file.name}), which the cameras file does not "
+                "describe; describe it there, or move its images elsewhere"
+            )
+        if name is not None and not re.search("[0-9]", stem):
+            raise InputError(f"{file.name}: has no number of a frame")
+    names = FrameNames.of(path)
     if names.numbered and not path.is_dir():
         numbers = {file: _number_by(names, file, rig) or 0 for file in images}
     else:
-        numbers = _numbers(own.values())
+        each = [numbers_in([*stems], [*stems.values()]) for stems in own.values() if stems]
+        every = {file: stem for stems in own.values() for file, stem in stems.items()}
+        if any(pattern is None for _, pattern in each):  # then frames are counted in all names
+            each = [numbers_in([*every], [*every.values()])]
+        numbers = dict(zip(every, chain(*(numbers for numbers, _ in each)), strict=True))
+    result = dict[str, dict[Number, Path]]()
     for camera, files in own.items():
-        try:
+        with within(f"images of camera {camera!r}"):
             result[camera] = by_number((numbers[file], file) for file in files)
-        except InputError as error:
-            raise InputError(f"images of camera {camera!r}: {error}") from error
     return result
-
-
-def _numbers(of_cameras: Collection[Mapping[Path, str]]) -> dict[Path, Number]:
-    """Returns the numbers of images, given the parts of their names that are compared.
-
-    If frames are counted, it is in the names of all cameras.
-    """
-    every = {file: stem for stems in of_cameras for file, stem in stems.items()}
-    if bare := [file.name for file, stem in every.items() if not re.search("[0-9]", stem)]:
-        raise InputError(f"{bare[0]}: has no number of a frame")
-    each = [numbers_in([*stems], [*stems.values()]) for stems in of_cameras if stems]
-    if any(pattern is None for _, pattern in each):
-        each = [numbers_in([*every], [*every.values()])]
-    return dict(zip(every, chain(*(numbers for numbers, _ in each)), strict=True))
 
 
 def _number_by(names: FrameNames, file: Path, rig: Rig) -> Number | None:

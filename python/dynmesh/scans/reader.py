@@ -13,9 +13,8 @@ from numpy.typing import NDArray
 
 from .._checks import path_of, selected
 from .._errors import DynmeshError, InputError, naming
-from ..formats.folders import files_in, find_files, with_missing
 from ..formats.format import Gaps
-from ..formats.names import Number, numbers_in
+from ..formats.names import Number, files_in, find_files, numbers_in, with_missing
 from ..formats.table import PathLike
 from ..formats.units import agreed
 from ..scan import DepthScan, PointScan, Scan

@@ -19,8 +19,8 @@ from .._progress import tracked
 from .._report import Report
 from ..formats import OneSequence, Written
 from ..formats.conversion import Changes, Unit
-from ..formats.folders import files_in, find_files
 from ..formats.format import Gaps
+from ..formats.names import files_in, find_files
 from ..formats.output import new_folder, new_output, refuse_inputs
 from ..formats.ply import read_elements
 from ..frames import Axis, Frame, Header, Run

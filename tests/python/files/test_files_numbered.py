@@ -37,8 +37,7 @@ def test_every_way_to_name_the_files(tmp_path: Path, mesh: Mesh, suffix: str) ->
     one = dynmesh.read(folder / f"f10{suffix}")
     np.testing.assert_array_equal(one.vertices, sequence.vertices[10:11])
     dynmesh.write(folder / f"rest{suffix}", sequence[:1])
-    told = rf"rest\{suffix} has no number of a frame, 'f\*\{suffix}' \(12\) and 'rest"
-    assert_refused(folder, told)
+    assert_refused(folder, rf"several sequences, as f0\{suffix} and rest\{suffix} differ")
 
 
 def test_a_name_of_several_files_that_are_no_sequence_is_refused(tmp_path: Path) -> None:
@@ -87,13 +86,12 @@ READ: list[tuple[list[str], str, list[float]]] = [
     (["sim_-3", "sim_-2", "sim_-1"], "", [-3, -2, -1]),
     (["sim.-1.a", "sim.0.a", "sim.1.a"], "", [-1, 0, 1]),
     (["-2", "-1", "0", "1"], "", [-2, -1, 0, 1]),
-    (["f_-1", "f_+0", "f_+1"], "", [-1, 0, 1]),
-    (["f--1", "f-2"], "", [-1, 2]),
     ([f"frame-{n}" for n in range(1, 6)], "", [1, 2, 3, 4, 5]),
     (["shot-9", "shot-10"], "", [9, 10]),
     (["2024-01-09", "2024-01-10"], "", [9, 10]),
     (["take-1-8", "take-1-9"], "", [8, 9]),
     (["f-08", "f-9"], "", [8, 9]),
+    (["a -000", "a -001"], "", [0, 1]),
     (["f-2", "f-1"], "f%d.obj", [-2, -1]),
     (["f-1", "f-2"], "f-%d.obj", [1, 2]),
     (["a-002", "a-001"], "a####.obj", [-2, -1]),
@@ -109,10 +107,7 @@ READ: list[tuple[list[str], str, list[float]]] = [
     (["frame-000000.depth", "frame-000001.depth"], "", [0, 1]),
     (["0007_depth", "0008_depth"], "", [7, 8]),
     (["f_0", "f_1.depth", "f_2.depth"], "f_%d.depth.obj", [1, 2]),
-    (["s.1.25", "s.1.5"], "s.%g.obj", [1.25, 1.5]),
     (["s.1.5", "s.1.25"], "s.1.%d.obj", [5, 25]),
-    (["f_1_t0.5", "f_2_t0.7"], "f_%d_*.obj", [1, 2]),
-    (["f_1_t0.5", "f_2_t0.7"], "f_?_t%.1f.obj", [0.5, 0.7]),
     (["f_0999", "f_1000", "f_1001"], "f_%04d.obj", [999, 1000, 1001]),
     (["take2_0998", "take2_1003"], "", [998, 1003]),
     (["2_left", "10_left"], "", [2, 10]),
@@ -129,8 +124,6 @@ READ: list[tuple[list[str], str, list[float]]] = [
     (["2024-12-31", "2025-01-01"], "", [0, 1]),
     (["s_2024-05-01_23-59-58", "s_2024-05-01_23-59-59", "s_2024-05-02_00-00-07"], "", [0, 1, 2]),
     (["20240501T120000.250", "20240501T120000.750", "20240501T120001.250"], "", [0, 1, 2]),
-    (["20240501_115958", "20240501_115959", "20240501_120000"], "", [0, 1, 2]),  # without gaps
-    (["2024.05.01-12.30.01", "2024.05.01-12.30.02", "2024.05.01-12.30.05"], "", [0, 1, 2]),
     (["2024-05-01_12-30-59_0007", "2024-05-01_12-30-59_0008"], "", [7, 8]),
 ]  # fmt: skip
 """Names in their order, and the numbers of frames; of some, the pattern that is given."""
@@ -138,10 +131,9 @@ READ: list[tuple[list[str], str, list[float]]] = [
 REFUSED = [
     (["f2_1", "f2_01", "f2_3"], r"f2_01\.obj and f2_1\.obj have the same number"),
     (["A_1_2", "a_1_02", "a_2_1"], r"have the same number"),
-    (["f_0001", "f_0002", "last"], r": last\.obj has no number of a frame, 'f_\*\.obj' \(2\) and"),
-    (["sim-1", "sim0", "sim1"], r"several sequences, 'sim\*\.obj' \(2\) and 'sim-\*\.obj' \(1\)"),
-    (["a -000", "a -001"], r"'a -\*\.obj' \(1\) and 'a \*\.obj' \(1\); name one by a pattern"),
-    (["s_1", "s_2", "s_1.depth", "s_2.depth"], r"'s_\*\.depth\.obj' \(2\) and 's_\*\.obj' \(2\)"),
+    (["f_0001", "f_0002", "last"], r"several sequences, as f_0001\.obj and last\.obj differ"),
+    (["sim-1", "sim0", "sim1"], r"several sequences, as sim-1\.obj and sim0\.obj"),
+    (["s_1", "s_2", "s_1.depth", "s_2.depth"], r"several sequences, as s_1\.depth\.obj"),
     (["t0.005", "t0.01", "t0.015"], r"t0\.01\.obj and t0\.005\.obj are in one order .* decimals"),
     (["t1.5_a", "t1.25_a"], r"t1\.5_a\.obj and t1\.25_a\.obj"),
 ]
@@ -219,7 +211,7 @@ def test_files_in_a_folder_keep_names_that_no_pattern_gives(
     assert names(out) == expected
 
 
-@pytest.mark.parametrize("pattern", ["%.9f.obj", "%020.9f.obj", "%g.obj", "", "*.obj"])
+@pytest.mark.parametrize("pattern", ["%.9f.obj", "%020.9f.obj", "", "*.obj"])
 def test_nanoseconds_since_1970_are_all_read_and_kept(tmp_path: Path, pattern: str) -> None:
     stamps = [f"{1700000000 + n // 30}.{n % 30 * 33333333 + n:09}" for n in range(60)]
     put(tmp_path / "in", stamps)
@@ -235,11 +227,11 @@ def test_any_numbers_are_read_in_their_order(
     tmp_path_factory: pytest.TempPathFactory, data: st.DataObject
 ) -> None:
     """By the pattern that wrote them; in a folder and a glob, they are so or refused."""
-    conversion = data.draw(st.sampled_from(["%d", "%04d", "%.2f", "%07.2f", "%g"]))
+    conversion = data.draw(st.sampled_from(["%d", "%04d", "%.2f", "%07.2f"]))
     hundredths = st.integers(-3000, 3000).map(lambda n: n if "d" not in conversion else n * 100)
     drawn = data.draw(st.lists(hundredths, min_size=2, max_size=7, unique=True))
     numbers = [n // 100 if n % 100 == 0 else n / 100 for n in drawn]
-    before = data.draw(st.sampled_from(["", "sim_", "sim.", "a b ", "f-", "f", "2_"]))
+    before = data.draw(st.sampled_from(["", "sim_", "sim.", "a b_", "f-", "f", "2_"]))
     if before == "f" and max(numbers) < 0:
         before = "f_"  # after a letter, a hyphen is no sign
     pattern = before + conversion + data.draw(st.sampled_from(["", "_depth", ".depth"])) + ".obj"
@@ -302,7 +294,6 @@ def test_a_gap_is_judged_by_the_usual_distance(
     [
         ([-2, -1, 0], "f_%03d.ply", ["f_-02", "f_-01", "f_000"]),
         ([0.5, 0.75, 1], "f_%.2f.ply", ["f_0.50", "f_0.75", "f_1.00"]),
-        ([0.5, 0.75, 1], "f_%g.ply", ["f_0.5", "f_0.75", "f_1"]),
         ([100, 102, 104], "f_%d.ply", ["f_100", "f_102", "f_104"]),
         ([0.5, 0.75, 1], "f_%.1f.ply", None),
         ([0.5, 0.75, 1], "f_%d.ply", None),

@@ -219,7 +219,7 @@ REFUSED: dict[str, tuple[str, Callable[[Any], Any], str]] = {
     "an image without a number": (
         "nerfstudio",
         first_frame(depth_file_path="depth/last.png"),
-        "no number of a frame",
+        "several sequences, as last.png and frame_00004.png",
     ),
     "no frames": ("nerfstudio", lambda s: s.update(frames=[]), "frames: must be a list"),
     "a bound that is too small": (
