@@ -5,7 +5,9 @@ docs/reference/scans.md says what its fields mean.
 
 import json
 import re
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -19,16 +21,11 @@ from .._checks import (
     check_not_negative,
     check_positive,
 )
-from .._errors import DynmeshError, InputError, naming
+from .._errors import InputError, naming, within
 from ..formats.names import Number
 from ..formats.units import UNITS, metres_of
-from .matrices import check_intrinsics, matrix_of, pose_of
-from .trajectory import poses_in
-from .transforms import as_cameras
-
-_BY_NAME = re.compile("[A-Za-z0-9.-]+")
-_OF_IMAGES = ("depth_scale", "distortion", "flipped", "along_ray")
-_OPTIONAL = ("camera_to_world", "poses", "within", "intrinsics", "width", "height", *_OF_IMAGES)
+from .matrices import intrinsics_of, pose_of
+from .other_cameras import as_cameras, poses_in
 
 _WITHIN = 0.02
 """Seconds between the time of an image and that of its pose, as TUM's own programs allow."""
@@ -165,122 +162,140 @@ def _matrices(camera: ScanCamera) -> dict[str, Floats]:
 
 
 def _rig_of(described: Any, file: Path) -> Rig:
-    _check_fields(described, ("cameras",), ("unit",))
-    if not isinstance(described["cameras"], list) or not described["cameras"]:
-        raise InputError(f"cameras: must be a list of them, not {described['cameras']!r:.60}")
+    fields = _fields(described, {"cameras": _list, "unit": _as_given}, "cameras")
     cameras: dict[str, ScanCamera] = {}
-    for number, entry in enumerate(described["cameras"]):
-        try:
+    for number, entry in enumerate(fields["cameras"]):
+        with within(f"camera {number}"):
             camera = _camera_of(entry, file.parent)
             if camera.name in cameras:
                 raise InputError(f"name: there is a second {camera.name!r}")
-        except DynmeshError as error:
-            raise InputError(f"camera {number}: {error}") from error
         cameras[camera.name] = camera
-    unit = described.get("unit")
+    unit = fields.get("unit")
     return Rig(tuple(cameras.values()), None if unit is None else metres_of(unit), file)
 
 
 def _camera_of(described: Any, folder: Path) -> ScanCamera:
-    _check_fields(described, ("name",), _OPTIONAL)
-    name = described["name"]
-    if not isinstance(name, str) or not _BY_NAME.fullmatch(name):
-        raise InputError(f"name: must be letters, digits, '.' or '-', not {name!r:.60}")
-    size = None
-    if "width" in described or "height" in described:
-        for field in ("width", "height"):
-            check_integer(field, described.get(field), 1)
-        size = described["width"], described["height"]
-    if ("poses" in described) == ("camera_to_world" in described):
+    fields = _fields(described, _CAMERA, "name")
+    poses = fields.pop("poses", None)
+    if (poses is None) == ("camera_to_world" not in fields):
         raise InputError("camera_to_world: is needed or, if the camera moves, poses")
-    camera = _moving(name, described, folder) if "poses" in described else _fixed(name, described)
-    camera = replace(camera, size=size)
-    if camera.intrinsics is None:
-        for field in _OF_IMAGES:
-            if field in described:
+    size = fields.pop("width", None), fields.pop("height", None)
+    if (size[0] is None) != (size[1] is None):
+        raise InputError("width, height: must be given both or neither")
+    if size[0] is not None:
+        fields["size"] = size
+    if poses is not None:
+        fields |= _moving(poses, fields.get("intrinsics"), folder)
+    intrinsics = fields.get("intrinsics")
+    if intrinsics is None:
+        for field in ("depth_scale", "distortion", "flipped", "along_ray"):
+            if field in fields:
                 raise InputError(f"intrinsics: is missing, but there is a {field}")
-        return camera
-    if "depth_scale" not in described:
+    elif "depth_scale" not in fields:
         raise InputError("depth_scale: is missing; it is the depth of one count of the images")
-    check_positive("depth_scale", described["depth_scale"])
-    scale = float(described["depth_scale"])
-    distortion = _distortion(described["distortion"]) if "distortion" in described else ()
-    if distortion and size is None:
-        raise InputError("width: is missing; a distortion needs width and height")
-    if distortion and camera.intrinsics[..., 0, 1].any():
-        raise InputError("intrinsics: with a distortion, the skew must be 0, as in OpenCV")
-    if distortion and (camera.intrinsics != camera.intrinsics.reshape(-1, 3, 3)[0]).any():
-        raise InputError("intrinsics: with a distortion, all poses must have the same")
-    flipped, along_ray = described.get("flipped", ""), described.get("along_ray", False)
-    if flipped not in ("", "x", "y", "xy"):
-        raise InputError(f"flipped: must be 'x', 'y' or 'xy', not {flipped!r:.60}")
-    check_flags(along_ray=along_ray)
-    return replace(
-        camera, depth_scale=scale, distortion=distortion, flipped=flipped, along_ray=along_ray
-    )
+    elif fields.get("distortion"):
+        if "size" not in fields:
+            raise InputError("width: is missing; a distortion needs width and height")
+        if intrinsics[..., 0, 1].any():
+            raise InputError("intrinsics: with a distortion, the skew must be 0, as in OpenCV")
+        if (intrinsics != intrinsics.reshape(-1, 3, 3)[0]).any():
+            raise InputError("intrinsics: with a distortion, all poses must have the same")
+    if isinstance(poses, str):
+        fields.setdefault("within", _WITHIN)
+    return ScanCamera(**fields)
 
 
-def _fixed(name: str, described: Any) -> ScanCamera:
-    """Reads a pose and, if there are any, intrinsics."""
-    pose = pose_of("camera_to_world", described["camera_to_world"])
-    if "intrinsics" not in described:
-        return ScanCamera(name, pose)
-    intrinsics = matrix_of("intrinsics", described["intrinsics"], 3)
-    check_intrinsics(intrinsics)
-    return ScanCamera(name, pose, intrinsics)
-
-
-def _moving(name: str, described: Any, folder: Path) -> ScanCamera:
+def _moving(poses: Any, intrinsics: Floats | None, folder: Path) -> dict[str, Any]:
     """Reads the poses of a camera, which are listed or in a file, and their intrinsics."""
-    entries, is_file = described["poses"], isinstance(described["poses"], str)
-    if is_file:
-        with naming(folder / entries):
-            entries = poses_in(folder / entries)
-    if not isinstance(entries, list) or not entries:
-        raise InputError(f"poses: must be a list of them, or a file, not {entries!r:.60}")
-    by_frame = dict[Number, ScanCamera]()
-    of_all = {field: described[field] for field in ("intrinsics",) if field in described}
-    for entry in entries:
-        _check_fields(entry, ("frame", "camera_to_world"), ("intrinsics",))
-        frame = entry["frame"]
-        check_finite("poses: frame", frame)
+    if isinstance(poses, str):
+        with naming(folder / poses):
+            poses = poses_in(folder / poses)
+    by_frame = dict[Number, tuple[Floats, Floats | None]]()
+    for entry in _list("poses", poses, ", or a file,"):
+        number = entry.get("frame") if isinstance(entry, dict) else None
+        with within("poses" if number is None else f"poses: frame {number!r:.60}"):
+            pose = _fields(entry, _POSE, "frame", "camera_to_world")
+        frame = pose["frame"]
         if frame in by_frame:
             raise InputError(f"poses: there are two of frame {frame}")
-        try:
-            by_frame[frame] = _fixed(name, {**of_all, **entry})
-        except DynmeshError as error:
-            raise InputError(f"poses: frame {frame}: {error}") from error
+        by_frame[frame] = pose["camera_to_world"], pose.get("intrinsics", intrinsics)
     frames = sorted(by_frame)
-    poses = np.stack([by_frame[frame].camera_to_world for frame in frames])
-    matrices = [m for frame in frames if (m := by_frame[frame].intrinsics) is not None]
+    matrices = [own for frame in frames if (own := by_frame[frame][1]) is not None]
     if len(matrices) not in (0, len(frames)):
         raise InputError("intrinsics: must be those of all poses, not of some")
-    within = described.get("within", _WITHIN if is_file else 0.0)
-    check_not_negative("within", within)
-    intrinsics = np.stack(matrices) if matrices else None
-    return ScanCamera(name, poses, intrinsics, frames=tuple(frames), within=within)
+    return {
+        "camera_to_world": np.stack([by_frame[frame][0] for frame in frames]),
+        "intrinsics": np.stack(matrices) if matrices else None,
+        "frames": tuple(frames),
+    }
 
 
-def _distortion(listed: Any) -> tuple[float, ...]:
-    if not isinstance(listed, list) or len(listed) not in _COEFFICIENTS:
-        counts = ", ".join(map(str, _COEFFICIENTS))
-        raise InputError(
-            f"distortion: must be as many numbers as OpenCV has, one of {counts}: k1 k2 p1 p2 k3 "
-            f"..., not {listed!r:.60}"
-        )
-    for value in listed:
-        check_finite("distortion", value)
-    return tuple(map(float, listed))
+_Read = Callable[[str, Any], Any]
+"""Returns the value of a field, None for what was given; its errors begin with the name."""
 
 
-def _check_fields(described: Any, needed: tuple[str, ...], optional: tuple[str, ...]) -> None:
-    """Refuses what is no object with these fields."""
+def _fields(described: Any, known: Mapping[str, _Read], *needed: str) -> dict[str, Any]:
+    """Reads an object with these fields."""
     if not isinstance(described, dict):
         raise InputError(f"must be an object with {' and '.join(needed)}, not {described!r:.60}")
-    fields = (*needed, *optional)
     for name in described:
-        if name not in fields:
-            raise InputError(f"unknown field {name!r:.60}; the fields are {', '.join(fields)}")
+        if name not in known:
+            raise InputError(f"unknown field {name!r:.60}; the fields are {', '.join(known)}")
     for name in needed:
         if name not in described:
             raise InputError(f"{name}: is missing")
+    read = {name: known[name](name, value) for name, value in described.items()}
+    return {name: described[name] if value is None else value for name, value in read.items()}
+
+
+def _list(name: str, value: Any, otherwise: str = ",") -> list[Any]:
+    if not isinstance(value, list) or not value:
+        raise InputError(f"{name}: must be a list of them{otherwise} not {value!r:.60}")
+    return value
+
+
+def _as_given(_: str, __: Any) -> None:
+    """Is checked where it is used."""
+
+
+def _name(field: str, name: Any) -> None:
+    if not isinstance(name, str) or not re.fullmatch("[A-Za-z0-9.-]+", name):
+        raise InputError(f"{field}: must be letters, digits, '.' or '-', not {name!r:.60}")
+
+
+def _distortion(name: str, listed: Any) -> tuple[float, ...]:
+    if not isinstance(listed, list) or len(listed) not in _COEFFICIENTS:
+        counts = ", ".join(map(str, _COEFFICIENTS))
+        raise InputError(
+            f"{name}: must be as many numbers as OpenCV has, one of {counts}: k1 k2 p1 p2 k3 "
+            f"..., not {listed!r:.60}"
+        )
+    for value in listed:
+        check_finite(name, value)
+    return tuple(map(float, listed))
+
+
+def _flipped(name: str, axes: Any) -> None:
+    if axes not in ("", "x", "y", "xy"):
+        raise InputError(f"{name}: must be 'x', 'y' or 'xy', not {axes!r:.60}")
+
+
+_POSE: dict[str, _Read] = {
+    "frame": check_finite,
+    "camera_to_world": pose_of,
+    "intrinsics": intrinsics_of,
+}
+_CAMERA: dict[str, _Read] = {
+    "name": _name,
+    "camera_to_world": pose_of,
+    "poses": _as_given,
+    "within": check_not_negative,
+    "intrinsics": intrinsics_of,
+    "width": partial(check_integer, least=1),
+    "height": partial(check_integer, least=1),
+    "depth_scale": check_positive,
+    "distortion": _distortion,
+    "flipped": _flipped,
+    "along_ray": lambda name, value: check_flags(**{name: value}),
+}
+"""What `cameras.json` may state of a camera and of one of its poses, and how it is read."""

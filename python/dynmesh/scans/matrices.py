@@ -55,14 +55,16 @@ def pose_of(name: str, value: Any) -> Floats:
     return pose
 
 
-def check_intrinsics(matrix: Floats) -> None:
-    """Raises an error unless (3, 3) leads from the axes of a camera to its pixels."""
+def intrinsics_of(name: str, value: Any) -> Floats:
+    """Returns (3, 3) a matrix that leads from the axes of a camera to its pixels."""
+    matrix = matrix_of(name, value, 3)
     is_upper = matrix[2].tolist() == [0, 0, 1] and matrix[1, 0] == 0
     if not is_upper or min(matrix[0, 0], matrix[1, 1]) <= 0:
         rows = "; ".join(map(_row, matrix))
         raise InputError(
-            f"intrinsics: must be fx s cx; 0 fy cy; 0 0 1 with positive fx and fy, not {rows}"
+            f"{name}: must be fx s cx; 0 fy cy; 0 0 1 with positive fx and fy, not {rows}"
         )
+    return matrix
 
 
 def _row(values: Floats) -> str:

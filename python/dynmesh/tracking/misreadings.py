@@ -9,7 +9,7 @@ import numpy as np
 
 from .._arrays import Floats
 from ..scans import ScanCamera
-from ..scans.transforms import OPENGL
+from ..scans.other_cameras import OPENGL
 
 
 def _transposed(pose: Floats) -> Floats:

@@ -181,7 +181,11 @@ def pose_of_own(at: int, **values: Any) -> Callable[[Any], Any]:
 REFUSED: dict[str, tuple[str, Callable[[Any], Any], str]] = {
     "no pose": ("own", lambda s: s["cameras"][0]["poses"].pop(3), "for frame 3; the nearest is"),
     "two poses": ("own", pose_of_own(1, frame=2), "there are two of frame 2"),
-    "a frame that is a word": ("own", pose_of_own(1, frame="one"), "poses: frame: must be a numb"),
+    "a frame that is a word": (
+        "own",
+        pose_of_own(1, frame="one"),
+        "frame 'one': frame: must be a",
+    ),
     "a pose that mirrors": (
         "own",
         pose_of_own(1, camera_to_world=np.diag([1, 1, -1, 1]).tolist()),

@@ -1,7 +1,10 @@
-"""`transforms.json`, as nerfstudio and instant-ngp read it: a pose for each image.
+"""Cameras in files of other programs, as `cameras.json` would hold them.
 
-The poses lead from the axes of OpenGL, x right, y up, z back, to the world; the corner of the first
-pixel is at (0, 0); and depth images may have fewer pixels than those of the intrinsics.
+- `transforms.json`, as nerfstudio and instant-ngp read it, has a pose for each image. They lead
+  from the axes of OpenGL, x right, y up, z back, to the world; the corner of the first pixel is at
+  (0, 0); and depth images may have fewer pixels than those of the intrinsics.
+- Trajectories of TUM have the poses of a camera that moves in lines `time tx ty tz qx qy qz qw`,
+  from the axes of OpenCV; the quaternion has its real part last.
 """
 
 import re
@@ -12,8 +15,9 @@ from typing import Any
 import numpy as np
 
 from .._checks import check_finite, check_positive
-from .._errors import DynmeshError, InputError
+from .._errors import InputError, within
 from ..formats.names import by_number, numbers_in
+from ..formats.text import lines_in, number_of, words_in
 from .matrices import pose_of
 
 OPENGL = np.diag([1.0, -1, -1, 1])
@@ -22,6 +26,9 @@ OPENGL = np.diag([1.0, -1, -1, 1])
 _MODELS = ("OPENCV", "PINHOLE", "SIMPLE_PINHOLE")
 _LENS = ("k1", "k2", "k3", "k4", "p1", "p2", "is_fisheye")
 _MATRIX = ("fl_x", "fl_y", "cx", "cy", "w", "h")
+
+_ROUNDED = 1e-3
+"""By how much the length of a quaternion may deviate from 1, as it was written with few digits."""
 
 
 def as_cameras(transforms: dict[str, Any], folder: Path) -> dict[str, Any]:
@@ -61,7 +68,7 @@ def _camera(
             f"frames: {files[0].name}: has no number of a frame, or the names differ in several"
         )
     for number, file in by_number(zip(numbers, files, strict=True)).items():
-        try:
+        with within(f"frames: {file.name}"):
             stated = _joined(transforms, images[file])
             pose = pose_of("transform_matrix", _needed("transform_matrix", stated)) @ OPENGL
             poses.append({"frame": number, "camera_to_world": pose.tolist()})
@@ -70,8 +77,6 @@ def _camera(
                     described |= _images(files[0], stated)
                 size = described["width"], described["height"]
                 poses[-1]["intrinsics"] = _intrinsics(stated, *size)
-        except DynmeshError as error:
-            raise InputError(f"frames: {file.name}: {error}") from error
     return described
 
 
@@ -126,3 +131,27 @@ def _needed(field: str, stated: dict[str, Any]) -> Any:
     if field not in stated:
         raise InputError(f"{field}: is missing")
     return stated[field]
+
+
+def poses_in(file: Path) -> list[dict[str, Any]]:
+    """Returns the poses in a file, as `cameras.json` lists them; their frames are the times."""
+    poses = []
+    for number, line in enumerate(lines_in(file), start=1):
+        words = words_in(line)
+        if not words:
+            continue
+        if len(words) != 8:
+            raise InputError(
+                f"line {number}: must be a pose, time tx ty tz qx qy qz qw, but has {len(words)} "
+                "words"
+            )
+        time, *position, x, y, z, w = (number_of(word, number) for word in words)
+        length = float(np.linalg.norm([x, y, z, w]))
+        if not abs(length - 1) <= _ROUNDED:
+            raise InputError(f"line {number}: its quaternion must have length 1, not {length:g}")
+        cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]]) / length
+        pose = np.eye(4)
+        pose[:3, :3] += 2 * (w / length * cross + cross @ cross)
+        pose[:3, 3] = position
+        poses.append({"frame": time, "camera_to_world": pose.tolist()})
+    return poses
