@@ -42,9 +42,9 @@ if TYPE_CHECKING:
     from .errors import DynmeshError as DynmeshError
     from .formats import open as open
     from .formats import write as write
-    from .frames import Frame as Frame
-    from .frames import Frames as Frames
-    from .frames import Header as Header
+    from .frame import Frame as Frame
+    from .frame import Frames as Frames
+    from .header import Header as Header
     from .sequence import Sequence as Sequence
     from .sequence import read as read
     from .tracker import Tracker as Tracker

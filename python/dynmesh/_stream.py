@@ -11,7 +11,7 @@ from . import _arrays, _core
 from ._arrays import Positions
 from ._checks import check_flags, check_integer, check_number
 from ._errors import KindError, SettingError
-from .frames import Frame
+from .frame import Frame
 from .polygons import Faces, Mesh, mesh_arrays
 from .topology import RefusedFace, TopologyReport
 

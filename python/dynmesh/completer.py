@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from . import _arrays, _core
 from ._arrays import Integers, Mask, Positions
 from ._stream import Stream
-from .frames import Frame
+from .frame import Frame
 from .polygons import Faces, Mesh
 from .settings import Settings
 

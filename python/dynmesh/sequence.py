@@ -17,29 +17,21 @@ from ._arrays import Integers, Mask, as_mask
 from ._checks import as_array, check_array
 from ._errors import InputError, KindError
 from ._extras import require
-from .frames import (
+from .frame import Frame, Frames, VertexAttributes, as_array_of, checked, rate, summary
+from .header import (
     ATTRIBUTES,
     Description,
-    Frame,
-    Frames,
     Header,
-    Indices,
     Origin,
-    R,
-    Run,
-    Stored,
-    VertexAttributes,
-    as_array_of,
     check_corners,
     check_faces,
     check_needed,
     check_vertices,
-    checked,
-    rate,
-    summary,
     with_all_needed,
 )
 from .polygons import Mesh, as_polygons, mesh_arrays, split_faces
+from .run import R, Run
+from .stored import Indices, Stored
 
 __all__ = ["InMemory", "Sequence", "read"]
 

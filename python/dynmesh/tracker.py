@@ -14,7 +14,7 @@ from ._checks import check_resolution
 from ._errors import InputError, KindError
 from ._stream import Stream
 from .completer import FrameReport
-from .frames import Frame
+from .frame import Frame
 from .polygons import Faces, Mesh
 from .scan import DepthScan, PointScan, Scan
 

@@ -17,7 +17,7 @@ from .. import formats
 from .._checks import path_of
 from .._errors import InputError
 from .._report import DoubtfulWarning
-from ..frames import Frames
+from ..frame import Frames
 from ..scans import ScanRun
 from ..verbs.convert import convert_clouds
 from .beside import BESIDE, checked, filled, overwrite

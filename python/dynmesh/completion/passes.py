@@ -19,7 +19,9 @@ from .._progress import tracked
 from .._report import Quality
 from ..completer import Completer, FrameReport
 from ..diagnosis.finding import frames_listed
-from ..frames import Frame, Frames, Header, Records
+from ..frame import Frame, Frames
+from ..header import Header
+from ..run import Records
 from ..settings import Settings
 from .start import Start, StartFrame
 

@@ -18,7 +18,8 @@ from .._report import counted
 from ..formats import OneSequence
 from ..formats.comparison import check_same_mesh
 from ..formats.times import index_of
-from ..frames import FUSED, Frame, Frames, Header, Origin, check_whole, frame_at
+from ..frame import FUSED, Frame, Frames, check_whole, frame_at
+from ..header import Header, Origin
 from ..polygons import Polygons
 from ..settings import Settings
 from ..whole_frames import WholeFrame, whole_frame

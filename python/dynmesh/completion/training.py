@@ -16,7 +16,7 @@ from .._errors import DynmeshError, InputError, KindError, SettingError, locatin
 from .._progress import tracked
 from ..formats import PathLike
 from ..formats.comparison import check_same_mesh
-from ..frames import Frames, check_whole
+from ..frame import Frames, check_whole
 from ..polygons import Mesh
 from ..sequence import Sequence, as_sequence
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from .._arrays import Mask
 from .._report import as_json, counted
 from .._report import listed as joined
-from ..frames import Header
+from ..header import Header
 from ..topology import TopologyReport
 
 Severity = Literal["error", "warning"]

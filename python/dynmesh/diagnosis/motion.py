@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from .._arrays import Mask, Positions
 from .._report import counted
-from ..frames import Header
+from ..header import Header
 from .finding import Finding, Places, frames_listed, percent
 from .mesh import Mesh
 

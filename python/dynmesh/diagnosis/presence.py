@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 
 from .._arrays import Mask
 from .._report import counted
-from ..frames import LARGEST, Frame, Header
+from ..frame import LARGEST, Frame
+from ..header import Header
 from .finding import Finding, Places, frames_listed, listed, percent, stretches
 from .mesh import Mesh
 

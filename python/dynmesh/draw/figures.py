@@ -17,8 +17,8 @@ from .._arrays import Mask, Positions
 from .._checks import check_choice, check_complete
 from .._errors import InputError
 from .._extras import require
-from ..frames import Axis
 from ..geometry import unit
+from ..header import Axis
 from ..topology import cells
 
 Image = NDArray[np.uint8]

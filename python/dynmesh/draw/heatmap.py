@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from .._arrays import Mask, Positions
 from .._errors import InputError
 from ..formats.comparison import check_comparable, check_same_size
-from ..frames import Frames
+from ..frame import Frames
 from ..scans import ScanReader
 from .quantities import QUANTITIES, Colour, Moment, Sources
 from .scales import Scale, Values

@@ -3,7 +3,7 @@
 from html import escape
 
 from .._errors import InputError
-from ..frames import check_any, rate
+from ..frame import check_any, rate
 from ..sequence import Sequence
 from .page import framed, page
 

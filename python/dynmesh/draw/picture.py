@@ -10,7 +10,7 @@ import numpy as np
 from .._errors import InputError
 from .._extras import require, require_all
 from .._progress import tracked
-from ..frames import Frames, frame_at
+from ..frame import Frames, frame_at
 from ..geometry import likely_up
 from . import figures
 from .figures import SURFACE_COLOUR, Image, View

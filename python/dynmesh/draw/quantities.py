@@ -11,7 +11,7 @@ import numpy as np
 from .._arrays import Positions
 from .._errors import InputError, locating
 from .._extras import require
-from ..frames import FUSED, Frame, Frames, check_whole, frame_at
+from ..frame import FUSED, Frame, Frames, check_whole, frame_at
 from ..geometry import mean_edge_of
 from ..losses.shared import round_up
 from ..metrics import bounding_box_diagonal

@@ -14,7 +14,7 @@ from .._errors import InputError, locating
 from .._progress import tracked
 from ..formats.comparison import check_comparable, check_same_size
 from ..formats.times import indices_of
-from ..frames import Frame, Frames, check_whole
+from ..frame import Frame, Frames, check_whole
 from .calibration import Calibrating, Calibration
 
 _FRAMES_AT_ONCE = 32  # measured together, because each call builds the cells anew

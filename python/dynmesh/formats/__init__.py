@@ -13,9 +13,11 @@ from numpy.typing import NDArray
 
 from .._checks import check_choice, path_of
 from .._errors import naming
-from ..frames import Frames, Kept, Run, Stored, check_any
+from ..frame import Frames, check_any
 from ..polygons import Faces, split_faces
+from ..run import Kept, Run
 from ..sequence import InMemory, Sequence, as_sequence
+from ..stored import Stored
 from .format import Format, Gaps, NoFacesError, Template, template_of
 from .masks import MaskedFrames
 from .table import (

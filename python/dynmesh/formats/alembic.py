@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 from .._errors import of_library
 from .._extras import require
-from ..frames import TEXTURE, Frame, Frames, Header
+from ..frame import Frame, Frames
+from ..header import TEXTURE, Header
 from ..polygons import as_polygons, reversal, turned
 from .alembic_archive import (
     AlembicFrames,

@@ -9,17 +9,10 @@ from numpy.typing import NDArray
 
 from .._errors import InputError, of_library
 from .._extras import require
-from ..frames import (
-    ATTRIBUTES,
-    TEXTURE,
-    FileFrames,
-    Frame,
-    Header,
-    Indices,
-    Origin,
-    with_all_needed,
-)
+from ..frame import Frame
+from ..header import ATTRIBUTES, TEXTURE, Header, Origin, with_all_needed
 from ..polygons import Polygons, reversal, split_polygons, turned
+from ..stored import FileFrames, Indices
 from .comments import metadata_in
 from .format import OTHER_MESHES, check_same_faces, choose_mesh, not_read
 from .own_space import of_points

@@ -5,7 +5,7 @@ import math
 from collections.abc import Iterable
 from typing import Any, NamedTuple
 
-from ..frames import Header, StandardErrorOf
+from ..header import Header, StandardErrorOf
 
 
 class Metadata(NamedTuple):

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from .._errors import InputError
-from ..frames import Frames, frame_at
+from ..frame import Frames, frame_at
 from .units import explaining
 
 _SAME = 1.05

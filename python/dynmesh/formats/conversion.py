@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from .._arrays import Positions
 from .._checks import check_choice, check_positive
 from .._errors import InputError, locating
-from ..frames import RANGE, Axis, Frame, Header
+from ..frame import Frame
+from ..header import RANGE, Axis, Header
 from .times import check_slice, indices_of
 from .units import agreed, metres_of
 

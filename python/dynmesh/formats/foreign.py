@@ -7,7 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from .._errors import InputError, locating, of_library
-from ..frames import FileFrames, Frame, Frames, Header, Indices, Stored, check_frame
+from ..frame import Frame, Frames, check_frame
+from ..header import Header
+from ..stored import FileFrames, Indices, Stored
 from .format import Format, Write
 from .names import FrameNames
 

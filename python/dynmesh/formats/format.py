@@ -11,8 +11,10 @@ from numpy.typing import NDArray
 
 from .._errors import InputError, naming
 from .._report import listed, some_of
-from ..frames import Frames, Header, Stored
+from ..frame import Frames
+from ..header import Header
 from ..polygons import Polygons
+from ..stored import Stored
 from .comments import Metadata
 
 Write: TypeAlias = Callable[[Path, Header, Frames], Iterable[str] | None]

@@ -9,8 +9,10 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from .._errors import InputError, naming
-from ..frames import ATTRIBUTES, FileFrames, Frame, Frames, Header, Indices, Origin
+from ..frame import Frame, Frames
+from ..header import ATTRIBUTES, Header, Origin
 from ..polygons import Polygons, as_polygons, split_polygons
+from ..stored import FileFrames, Indices
 from .comments import Metadata
 from .format import HOLDS_FACES, OTHER_MESHES, Gaps, Template, find_template
 from .names import find_files, names_to_write, numbers_in

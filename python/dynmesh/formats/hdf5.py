@@ -18,7 +18,9 @@ from numpy.typing import NDArray
 from .._checks import native
 from .._errors import InputError, of_library
 from .._extras import require
-from ..frames import FileFrames, Frame, Header, Indices
+from ..frame import Frame
+from ..header import Header
+from ..stored import FileFrames, Indices
 from .format import ARRAYS, STATED, Format
 from .named import arrays_once, header_of, kinds_per_frame, per_frame, rows_of, single
 from .output import NO_LOCKS

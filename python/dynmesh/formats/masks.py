@@ -12,7 +12,9 @@ from numpy.typing import NDArray
 from .._arrays import Mask, as_mask
 from .._checks import as_array, path_of
 from .._errors import InputError, locating, naming, of_library
-from ..frames import ATTRIBUTES, FileFrames, Frame, Header, Indices, Stored
+from ..frame import Frame
+from ..header import ATTRIBUTES, Header
+from ..stored import FileFrames, Indices, Stored
 from .npz import array_in
 from .rows import read_header
 from .text import lines_in, number_of, words_in

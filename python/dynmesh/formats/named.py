@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._errors import InputError
-from ..frames import ATTRIBUTES, Frame, Header, check_faces, check_needed, check_vertices
+from ..frame import Frame
+from ..header import ATTRIBUTES, Header, check_faces, check_needed, check_vertices
 from ..polygons import Polygons
 
 per_frame = ("vertices", *ATTRIBUTES)

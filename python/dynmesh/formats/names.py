@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import NamedTuple, TypeAlias
 
 from .._errors import InputError
-from ..frames import largest_start
+from ..header import largest_start
 from .format import Gaps
 
 Number = int | float

@@ -14,7 +14,8 @@ from typing import Any
 import numpy as np
 
 from .._errors import naming
-from ..frames import ATTRIBUTES, Frame, Header, check_faces, check_needed, check_vertices
+from ..frame import Frame
+from ..header import ATTRIBUTES, Header, check_faces, check_needed, check_vertices
 from .format import ARRAYS, Format, Template, find_template
 from .named import per_frame
 from .rows import Rows, RowsFrames, load_array, open_rows, write_rows

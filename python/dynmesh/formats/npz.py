@@ -19,7 +19,9 @@ from numpy.typing import NDArray
 
 from .._errors import InputError, of_library
 from .._report import listed
-from ..frames import Frame, Header, Indices
+from ..frame import Frame
+from ..header import Header
+from ..stored import Indices
 from .format import ARRAYS, STATED, Format
 from .members import Member
 from .named import arrays_once, header_of, kinds_per_frame, per_frame

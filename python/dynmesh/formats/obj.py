@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._core import parse_obj
-from ..frames import TEXTURE, Frame, Frames, Header
+from ..frame import Frame, Frames
+from ..header import TEXTURE, Header
 from ..polygons import Polygons, as_polygons
 from .comments import Metadata, comments_of, metadata_in
 from .format import Format, not_written

@@ -16,7 +16,7 @@ from typing import Any
 
 from .._errors import InputError
 from .._report import listed, warn
-from ..frames import ATTRIBUTES, Header
+from ..header import ATTRIBUTES, Header
 
 NO_LOCKS = {errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP, errno.ENOTSUP}
 """What disks that have no locks answer, such as those of some networks and containers."""

@@ -10,7 +10,7 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from ..frames import Frame
+from ..frame import Frame
 
 _TOLERANCE = 1e-5
 """How far from a uniform scale and from right angles transforms may be, as programs round them."""

@@ -6,7 +6,8 @@ from pathlib import Path
 
 from .._errors import InputError
 from .._report import some_of
-from ..frames import Frames, Header
+from ..frame import Frames
+from ..header import Header
 from .format import Format
 from .names import names_to_write
 from .output import (

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from .._arrays import Integers, Positions, as_mask
 from .._core import parse_ply
 from .._errors import InputError
-from ..frames import ATTRIBUTES, Attribute, Frame, Frames, Header, with_all_needed
+from ..frame import Frame, Frames
+from ..header import ATTRIBUTES, Attribute, Header, with_all_needed
 from ..polygons import Polygons, as_polygons
 from .comments import comments_of, metadata_in
 from .format import ARRAYS, Format, not_written

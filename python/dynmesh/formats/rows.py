@@ -16,7 +16,9 @@ from numpy.typing import NDArray
 
 from .._checks import native
 from .._errors import InputError, of_library
-from ..frames import FileFrames, Frame, Header, Indices
+from ..frame import Frame
+from ..header import Header
+from ..stored import FileFrames, Indices
 from .named import kinds_per_frame, rows_of
 
 longest_header = 10_000

@@ -12,7 +12,7 @@ from .._checks import path_of
 from .._errors import InputError, KindError, naming
 from .._extras import require
 from .._report import listed, warn
-from ..frames import Frames
+from ..frame import Frames
 from .alembic import alembic
 from .foreign import guarded
 from .format import Format

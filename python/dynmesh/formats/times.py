@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from .._checks import check_integer, check_number
 from .._errors import InputError, KindError
-from ..frames import Header
+from ..header import Header
 from .names import FrameNames, Number, usual_distance
 
 broadcast = (23.976, 29.97, 59.94, 24000 / 1001, 30000 / 1001, 60000 / 1001)

@@ -16,8 +16,10 @@ from numpy.typing import NDArray
 
 from .._errors import InputError, of_library
 from .._extras import require
-from ..frames import FileFrames, Frame, Header, Indices, Origin
+from ..frame import Frame
+from ..header import Header, Origin
 from ..polygons import Polygons, split_polygons
+from ..stored import FileFrames, Indices
 from .format import Format
 from .gltf import check_counts, what_gltf_holds
 

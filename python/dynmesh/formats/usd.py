@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 
 from .._errors import InputError, naming
 from .._report import listed, some_of
-from ..frames import TEXTURE, Frame, Frames, Header
+from ..frame import Frame, Frames
+from ..header import TEXTURE, Header
 from ..polygons import as_polygons
 from .format import STATED, Format, not_written
 from .output import destination_of, refuse_inputs, seen_from

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._errors import InputError
-from ..frames import ATTRIBUTES, with_all_needed
+from ..header import ATTRIBUTES, with_all_needed
 from ..polygons import Polygons, reversal, turned
 from .format import check_same_faces
 from .usd_library import pxr

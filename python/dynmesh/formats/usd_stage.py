@@ -8,8 +8,10 @@ from typing import Any
 import numpy as np
 
 from .._errors import InputError
-from ..frames import TEXTURE, FileFrames, Frame, Header, Indices, Origin
+from ..frame import Frame
+from ..header import TEXTURE, Header, Origin
 from ..polygons import as_polygons, split_polygons
+from ..stored import FileFrames, Indices
 from .format import choose_mesh, not_read
 from .own_space import of_points
 from .usd_library import of_usd, pxr

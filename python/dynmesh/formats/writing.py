@@ -16,7 +16,8 @@ from .._arrays import Positions, as_mask
 from .._checks import check_flags, path_of
 from .._errors import InputError, KindError, locating, naming
 from .._report import OutputReport, Report, counted, listed
-from ..frames import ATTRIBUTES, TEXTURE, Frame, Frames, Header, Origin, check_any, checked
+from ..frame import Frame, Frames, check_any, checked
+from ..header import ATTRIBUTES, TEXTURE, Header, Origin
 from ..polygons import Faces
 from ..sequence import InMemory, as_sequence
 from .format import STATED, Format, not_written

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from .._arrays import Mask, Positions
-from ..frames import Frames
+from ..frame import Frames
 from ..scan import Scan
 from ..scans import Rig, ScanCamera
 from .losses import add_noise, add_outliers, camera_known, dropout, patch_known, random_known

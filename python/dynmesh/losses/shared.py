@@ -10,7 +10,7 @@ from .. import _arrays
 from .._arrays import Integers, Positions
 from .._checks import check_array
 from .._errors import InputError, KindError, locating
-from ..frames import check_faces
+from ..header import check_faces
 from ..polygons import Faces, split_faces
 from .visibility import Camera
 

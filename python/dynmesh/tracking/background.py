@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from .._arrays import Floats, Mask, Positions
 from .._checks import check_flags, check_not_negative
 from .._errors import InputError, locating
-from ..frames import Frame, Frames
+from ..frame import Frame, Frames
 from ..geometry import mean_edge_of
 from ..scans import DepthScan, PointScan, Scan, ScanReader
 

@@ -15,7 +15,7 @@ from .._arrays import Positions
 from .._errors import InputError, locating
 from ..alignment import Alignment, find_alignment
 from ..completion.start import template_of
-from ..frames import Frames
+from ..frame import Frames
 from ..geometry import size_of
 from ..registration import Landmarks, Registration, register
 from ..scan import inside_out

@@ -10,7 +10,7 @@ from .. import _core
 from .._arrays import Positions
 from .._errors import InputError
 from ..formats.units import UNITS, agreed, explaining
-from ..frames import Frames
+from ..frame import Frames
 from ..geometry import mean_edge_of, size_of
 from ..scans import Scan, ScanReader, unit_of_scans
 from .background import extent_of, without_planes

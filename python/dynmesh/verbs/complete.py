@@ -20,8 +20,9 @@ from ..diagnosis.finding import percent
 from ..formats import OneSequence
 from ..formats.masks import MaskedFrames
 from ..formats.times import index_of
-from ..frames import Frame, Frames, Run
+from ..frame import Frame, Frames
 from ..polygons import Faces
+from ..run import Run
 from ..sequence import result_of
 
 _FEW = 0.2

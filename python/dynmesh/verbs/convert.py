@@ -23,8 +23,10 @@ from ..formats.format import Gaps
 from ..formats.names import files_in, find_files
 from ..formats.output import new_folder, new_output, refuse_inputs
 from ..formats.ply import read_elements
-from ..frames import Axis, Frame, Header, Run
+from ..frame import Frame
+from ..header import Axis, Header
 from ..polygons import Faces
+from ..run import Run
 from ..scans import PointScan, ScanRun, read_points, write_ply
 from ..scans.point_files import point_formats
 from ..scans.reader import CAMERAS

@@ -18,10 +18,12 @@ from ..formats import OneSequence
 from ..formats.names import FrameNames
 from ..formats.output import refuse_inputs
 from ..formats.times import numbers_of_files
-from ..frames import Axis, Frame, Frames, Run, frame_at
+from ..frame import Frame, Frames, frame_at
 from ..geometry import likely_up, mean_edge_of
+from ..header import Axis
 from ..losses.recordings import Vector, degraded_frames, scanned
 from ..polygons import Faces
+from ..run import Run
 from ..scans import ScanRun, scan_folder
 from ..scans.depth_files import require_png
 from ..sequence import result_of

@@ -11,7 +11,7 @@ from ..evaluation.report import Evaluation
 from ..evaluation.true_errors import Only, measured, suspicions
 from ..formats import OneSequence, PathLike, Source, opened
 from ..formats.comparison import check_comparable, remarks_of
-from ..frames import Frames
+from ..frame import Frames
 from ..polygons import Faces
 
 

@@ -12,7 +12,7 @@ from .._report import Quality, Report, some_of
 from ..diagnosis import Diagnosis, diagnose
 from ..formats import OneSequence, Source
 from ..formats.times import spacing
-from ..frames import Frames
+from ..frame import Frames
 from ..polygons import Faces
 
 _WIDTH = 80  # of findings, which are long

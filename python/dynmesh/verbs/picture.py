@@ -10,7 +10,7 @@ from ..draw.quantities import Alone
 from ..formats import OneSequence, Source
 from ..formats.comparison import remarks_of
 from ..formats.times import index_of
-from ..frames import Axis
+from ..header import Axis
 from .view import opened_together
 
 if TYPE_CHECKING:

@@ -19,10 +19,11 @@ from ..completion.start import template_of
 from ..draw.page import Page
 from ..draw.page import page as scan_page
 from ..formats import OneSequence, PathLike
-from ..frames import Frame, Frames, Run
+from ..frame import Frame, Frames
 from ..geometry import size_of
 from ..polygons import Faces, Mesh
 from ..registration import Landmarks, Registration
+from ..run import Run
 from ..scan import PointScan, Scan, inside_out
 from ..scans import ScanReader
 from ..sequence import Sequence

@@ -20,9 +20,10 @@ from ..formats import OneSequence, PathLike
 from ..formats.format import Gaps
 from ..formats.names import Number
 from ..formats.times import timing_of
-from ..frames import Frame, Run
+from ..frame import Frame
 from ..geometry import mean_edge_of
 from ..registration import Registration
+from ..run import Run
 from ..scans import ScanReader, open_scans
 from ..scans.reader import DepthReader
 from ..scans.writer import InMemory as ScansInMemory

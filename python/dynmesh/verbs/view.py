@@ -14,7 +14,8 @@ from ..draw.page.pick import pick_page
 from ..draw.quantities import Colour
 from ..formats import OneSequence, PathLike, Source
 from ..formats.comparison import remarks_of
-from ..frames import Axis, Frames
+from ..frame import Frames
+from ..header import Axis
 from ..scans import ScanReader, open_scans
 from ..tracking.background import Background, Crop, ScansWithoutBackground
 from ..tracking.single_scan import open_single

@@ -16,7 +16,7 @@ from .._arrays import Mask, Positions
 from .._checks import check_flags, check_integer, check_number
 from .._errors import DynmeshError, InputError, SettingError
 from .._progress import steps
-from ..frames import Frames, check_any
+from ..frame import Frames, check_any
 from ..polygons import Faces
 from ..sequence import Sequence
 from .lengths import usual_lengths, without_outliers

@@ -9,7 +9,7 @@ import numpy as np
 from .. import _arrays
 from .._arrays import Mask, Positions
 from .._errors import InputError
-from ..frames import LARGEST, Frame, Frames
+from ..frame import LARGEST, Frame, Frames
 
 
 @dataclass

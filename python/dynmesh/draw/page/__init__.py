@@ -16,7 +16,7 @@ from ..._progress import tracked
 from ..._report import Report
 from ...formats import PathLike
 from ...formats.times import mean_rate
-from ...frames import Frames, frame_at
+from ...frame import Frames, frame_at
 from ...geometry import likely_up
 from ...scans import ScanReader, unit_of_scans
 from ..figures import View

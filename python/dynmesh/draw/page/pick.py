@@ -4,7 +4,7 @@ import numpy as np
 
 from ..._arrays import Positions
 from ..._errors import InputError, locating
-from ...frames import Frames
+from ...frame import Frames
 from ...geometry import likely_up
 from ...scans import ScanReader
 from ..figures import KNOWN_COLOUR, SURFACE_COLOUR, View

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Literal, NamedTuple, get_args
 
 from ..._errors import InputError
-from ...frames import Frames
+from ...frame import Frames
 
 _Quality = Literal["unknown", "good", "doubtful", "ruined"]
 _QUALITIES: tuple[_Quality, ...] = get_args(_Quality)  # the worst one last

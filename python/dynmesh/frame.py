@@ -1,0 +1,285 @@
+"""One frame of a mesh, and frames that can be gone through."""
+
+import contextlib
+from abc import ABC, abstractmethod
+from collections.abc import Container, Generator, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import DTypeLike, NDArray
+
+from ._arrays import Integers, Mask, Positions
+from ._checks import (
+    check_array,
+    native,
+    selected,
+)
+from ._errors import InputError, locating, naming
+from .header import ATTRIBUTES, Header, Origin
+
+FUSED = -2
+"""The generation of a vertex that was put together from other frames: see
+:func:`dynmesh.whole_frames.whole_frame`."""
+
+
+LARGEST = {4: 1e18, 8: 1e200}
+"""The largest coordinates that a completer accepts, by the bytes of a coordinate."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class VertexAttributes:
+    """What is known of the provenance of positions, for all vertices of a frame or of all frames.
+
+    Attributes:
+        generation: integers, 0 for anchors, g for satellites, -1 for disconnected vertices, -2 for
+            those that were put together from other frames, where completion starts.
+        age: integers, frames since the vertex was last observed; None if `generation` is.
+        standard_error: floats, in the unit of the positions: how far each vertex may be off, see
+            :data:`dynmesh.frames.StandardErrorOf`; None if they were not estimated.
+    """
+
+    generation: NDArray[np.integer[Any]] | None = None
+    age: NDArray[np.integer[Any]] | None = None
+    standard_error: NDArray[np.floating[Any]] | None = None
+
+    def attributes(self) -> dict[str, NDArray[Any]]:
+        """Returns the attributes that are there by name, the known mask included."""
+        result = {name: getattr(self, name) for name in ATTRIBUTES}
+        return {name: values for name, values in result.items() if values is not None}
+
+
+def summary(n_frames: int, n_vertices: int, n_faces: int, dtype: np.dtype[Any]) -> str:
+    """Describes the size of a sequence."""
+    return f"{n_frames} frames, {n_vertices} vertices, {n_faces} faces, {dtype}"
+
+
+def rate(fps: float | None) -> str:
+    """Describes the frames per second."""
+    return "no fps" if fps is None else f"{fps:g} fps"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Frame(VertexAttributes):
+    """One frame of a sequence. It can be unpacked: ``points, known = frame``.
+
+    Attributes:
+        points: (k, 3)
+        known: (k,), or None if the sequence has no masks.
+        generation: (k,), or None if the sequence has no provenance.
+        age: (k,), or None if `generation` is.
+        standard_error: (k,), or None if it was not estimated.
+    """
+
+    points: Positions
+    known: Mask | None = None
+
+    def __post_init__(self) -> None:
+        for name, array in {"points": self.points, **self.attributes()}.items():
+            if isinstance(array, np.ndarray):
+                object.__setattr__(self, name, native(array))
+
+    @property
+    def present(self) -> Mask:
+        """(k,) bool, which vertices have a position that can be used, observed or estimated."""
+        with np.errstate(invalid="ignore"):
+            usable = np.abs(self.points) <= LARGEST[self.points.dtype.itemsize]
+        there: Mask = np.asarray(usable.all(axis=1))
+        return there if self.known is None else there & self.known
+
+    @property
+    def claimed(self) -> Mask:
+        """(k,) bool, which vertices were observed, by what the frame says of them.
+
+        These are the known ones or, without a mask, those whose position is finite; and of them,
+        where there are generations, those of generation 0. All others were estimated, and are so
+        again when the frame is completed again.
+        """
+        said = np.isfinite(self.points).all(axis=1) if self.known is None else self.known
+        return np.asarray(said if self.generation is None else said & (self.generation == 0))
+
+    @property
+    def observed(self) -> Mask:
+        """(k,) bool, which vertices were observed and have a position that can be used."""
+        return self.claimed & self.present
+
+    def __repr__(self) -> str:
+        known = np.count_nonzero(self.observed) / max(1, len(self.points))
+        return f"Frame({len(self.points)} vertices, {self.points.dtype}, {known:.0%} observed)"
+
+    def __iter__(self) -> Iterator[Any]:
+        yield self.points
+        yield self.known
+
+    def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> NDArray[Any]:
+        return as_array_of(self.points, self.known, dtype, copy)
+
+
+def as_array_of(
+    points: Positions, known: Mask | None, dtype: DTypeLike | None, copy: bool | None
+) -> NDArray[Any]:
+    """Positions as NumPy asks an object for them, NaN where they are not known."""
+    if known is not None and not known.all():
+        if copy is False:
+            raise InputError("a copy is needed, to mark what is not known as NaN")
+        points = np.where(known[..., None], points, np.nan).astype(points.dtype)
+    return np.array(points, dtype) if copy else np.asarray(points, dtype)
+
+
+def check_whole(frame: Frame, advice: str) -> None:
+    """Refuses a frame with missing vertices; the advice ends the message."""
+    missing = np.flatnonzero(~frame.present)
+    if len(missing):
+        raise InputError(
+            f"{len(missing)} of {len(frame.points)} vertices "
+            f"{'is' if len(missing) == 1 else 'are'} missing, the first is vertex {missing[0]}"
+            f"{advice}"
+        )
+
+
+class Frames(ABC):
+    """Frames of one mesh that can be gone through, one after another.
+
+    Iteration yields every :class:`Frame`, from the first on, and ``len`` is their number. Use it in
+    a ``with`` statement if it may hold a file open.
+
+    Attributes:
+        header: what all frames share: faces, frames per second and others.
+        path: names the frames in messages: the file that they are read from.
+        faces: (m, 3) integers, triangles; those of the header.
+        fps: frames per second, or None if they are not known; those of the header.
+        files: all files that they are read from.
+        lost: the indices of the frames whose files are missing; nothing was observed in them.
+        origin: the file of the mesh, if that holds more than is read; or None.
+        report: of the verb that made the frames; None of others.
+        wanted: names of attributes of the vertices that were asked for, so that a format that
+            cannot hold them is refused.
+    """
+
+    header: Header
+    faces: Integers
+    fps: float | None
+    path: Path
+    files: Sequence[Path] = ()
+    lost: Container[int] = ()
+    origin: Origin | None = None
+    report: Any = None
+    wanted: Sequence[str] = ()
+    _is_closed = False
+
+    @property
+    def n_frames(self) -> int:
+        """The number of frames."""
+        return self.header.n_frames
+
+    @property
+    def n_vertices(self) -> int:
+        """The number of vertices of each frame."""
+        return self.header.n_vertices
+
+    @property
+    def dtype(self) -> np.dtype[Any]:
+        """The dtype of the positions, float32 or float64."""
+        return self.header.dtype
+
+    @property
+    def own_origin(self) -> Origin | None:
+        """The origin, if it is still that of this mesh; in memory, faces may be replaced."""
+        origin, header = self.origin, self.header
+        has_mesh = origin is not None and origin.has_mesh(header.faces, header.n_vertices)
+        return origin if has_mesh else None
+
+    @property
+    def texture(self) -> NDArray[np.float32] | None:
+        """(c, 2) float32, the texture coordinates of each corner of the polygons, or None."""
+        return None if self.own_origin is None else self.own_origin.texture
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What is not read that moves or places the mesh, for the user."""
+        return () if self.origin is None else self.origin.remarks
+
+    def __len__(self) -> int:
+        return self.header.n_frames
+
+    @abstractmethod
+    def __iter__(self) -> Iterator[Frame]:
+        """Yields all frames, from the first on."""
+
+    def frames(
+        self, start: int = 0, stop: int | None = None, step: int = 1
+    ) -> Generator[Frame, None, None]:
+        """Yields the frames ``[start:stop:step]``; several iterators may be used at once.
+
+        Frames are counted from 0, independently of the numbers in a file. Those of a run are all
+        made, because its report is of all; with a negative step, those that are yielded are held in
+        memory.
+        """
+        return self._made(selected(self.n_frames, start, stop, step))
+
+    def _made(self, wanted: range) -> Generator[Frame, None, None]:
+        frames = (frame for index, frame in enumerate(self) if index in wanted)
+        yield from frames if wanted.step > 0 else reversed([*frames])
+
+    def close(self) -> None:
+        """Closes what they are read from. Frames that are asked for later are refused."""
+        self._is_closed = True
+        self._close()
+
+    def _close(self) -> None:  # noqa: B027 (most keep nothing open)
+        """Closes what is open."""
+
+    def _check_open(self) -> None:
+        """Refuses to read frames that are closed."""
+        if self._is_closed:
+            message = "is closed, so that no frame can be read; open it again"
+            raise InputError(message, file=self.path)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+def frame_at(frames: Frames, index: int) -> Frame:
+    """Reads one frame, counted from 0."""
+    with contextlib.closing(frames.frames(index, index + 1)) as stretch:
+        return next(stretch)
+
+
+def check_any(frames: Frames) -> None:
+    """Refuses frames of which there are none."""
+    if frames.n_frames == 0:
+        raise InputError("has no frames, but a complete frame 0 is needed", file=frames.path)
+
+
+def checked(frames: Frames) -> Generator[Frame, None, None]:
+    """Yields frames, each of which is as their header says."""
+    header, count = frames.header, 0
+    with naming(frames.path):
+        for count, frame in enumerate(frames, 1):
+            if count > header.n_frames:
+                raise InputError(f"has more frames than the {header.n_frames} of its header")
+            with locating(frame=header.number(count - 1)):
+                check_frame(frame, header)
+            yield frame
+        if count < header.n_frames:
+            raise InputError(f"has only {count} of the {header.n_frames} frames of its header")
+
+
+def check_frame(frame: Frame, header: Header) -> None:
+    """Raises an error unless a frame is as the header says."""
+    k, points = header.n_vertices, frame.points
+    for name, array in {"points": points, **frame.attributes()}.items():
+        check_array(name, array)
+    if points.shape != (k, 3) or points.dtype != header.dtype:
+        message = f"must be {header.dtype} of shape {(k, 3)}"
+        raise InputError(f"{message}, not {points.dtype} of shape {points.shape}")
+    values = frame.attributes()
+    for name, row in ATTRIBUTES.items():
+        if (name in values) != (name in header.attributes):
+            raise InputError(f"give {row.what} with every frame or with none")
+        if name in values:
+            row.check(values[name].dtype, values[name].shape, (k,))
