@@ -3,18 +3,15 @@
 import argparse
 import sys
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 from . import (
     both_sides,
     calibration,
     cases,
-    constants,
     paper,
     rivals,
     tracking_baselines,
-    tracking_conditions,
     tracking_errors,
     tracking_resolutions,
     whole_frame,
@@ -24,7 +21,6 @@ from .harness import Table, add_arguments, show
 OPTIONS: dict[str, dict[str, Any]] = {
     "--azimuth": {"type": float, "help": "of the pictures, in degrees around up"},
     "--cameras": {"type": int, "nargs": "+", "default": [4, 1], "help": "numbers of cameras"},
-    "--cloth": {"type": Path, "metavar": "FILE", "help": "a recording of a cloth"},
     "--known": {"type": float, "nargs": "+", "metavar": "SHARE", "help": "known at random"},
     "--quick": {"action": "store_true", "help": "at most 30 frames, and fewer shares"},
 }
@@ -34,7 +30,6 @@ TABLES: dict[str, tuple[Callable[[argparse.Namespace], list[Table]], tuple[str, 
     "paper": (paper.tables, ("--azimuth", "--quick")),
     "two-readings": (cases.two_readings, ("--known",)),
     "rivals": (rivals.tables, ()),
-    "constants": (constants.tables, ()),
     "drift": (cases.drift, ("--known",)),
     "methods": (cases.relative_to_motion, ("--known",)),
     "training": (cases.training, ("--known",)),
@@ -42,7 +37,6 @@ TABLES: dict[str, tuple[Callable[[argparse.Namespace], list[Table]], tuple[str, 
     "both-sides": (both_sides.tables, ()),
     "calibration": (calibration.tables, ()),
     "tracking": (tracking_baselines.tables, ("--cameras",)),
-    "tracking-conditions": (tracking_conditions.tables, ("--cameras", "--cloth")),
     "tracking-errors": (tracking_errors.tables, ("--cameras",)),
     "tracking-resolutions": (tracking_resolutions.tables, ("--cameras",)),
     "whole-frame": (whole_frame.tables, ()),

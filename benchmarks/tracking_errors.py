@@ -2,7 +2,7 @@
 
     script/reproduce tracking-errors FOLDER [NAME ...] [--frames 41]
 
-The scans are those of tracking-conditions, alone. The table shows the shares of the vertices, seen
+The scans are those of tracking-resolutions. The table shows the shares of the vertices, seen
 and unseen, whose distance from the true vertex, along the true normal, is within the intervals of
 50 % and 90 %, and more than three standard errors.
 """
@@ -18,7 +18,7 @@ from dynmesh.tracking.placing import push_scan
 
 from .harness import ABSENT, Line, Table, sequences
 from .subjects import Subject
-from .tracking_conditions import FAR, NOISE, POINTS
+from .tracking_resolutions import FAR, NOISE, POINTS
 
 NORMAL_50, NORMAL_90 = 0.674, 1.645
 
