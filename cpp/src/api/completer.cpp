@@ -35,7 +35,7 @@ struct Completion {
   using Report = FrameReport;
 
   /// What a state is of. The last character is the version of the format.
-  static constexpr StateFormat format = {'d', 'y', 'n', 'm', 'e', 's', 'h', 'I'};
+  static constexpr StateFormat format = {'d', 'y', 'n', 'm', 'e', 's', 'h', 'J'};
   static constexpr const char* name = "completer";
 
   Completion(Stream& shared, const Settings& settings, std::vector<Vector3> frame)
@@ -44,7 +44,7 @@ struct Completion {
         leaders(stream.topology, first_frame, stream.training),
         disconnected(stream.topology, settings.disconnected, leaders,
                      settings.method == Method::detail ? 1 : fewest_anchors),
-        quality(stream.topology.cells, first_frame) {
+        quality(stream.topology, first_frame) {
     const Cells& cells = stream.topology.cells;
     Workers& workers = stream.workers;
     if (settings.reject_outliers) outliers = std::make_unique<Outliers>(cells, first_frame);
@@ -77,8 +77,7 @@ struct Completion {
     if (learned) learned->make();
     describe(memory, report);
     if (memory.n_frames == 0) return;  // frame 0 is not judged
-    quality.describe(memory.last, memory.generations.of_vertices(), memory.completion.first_frame,
-                     report);
+    quality.describe(memory, report);
   }
 
   /// Completes the frame whose anchors are in `next`. Only the estimate can fail, if memory is
@@ -103,8 +102,7 @@ struct Completion {
     disconnected.remember(memory, next);
     next.completion.first_frame = memory.completion.first_frame;
     describe(next, report);
-    quality.judge(memory.last, next.last, next.generations.of_vertices(),
-                  next.completion.first_frame, report);
+    quality.judge(memory, next, report);
     if (learned) learned->learn(next);
     return report;
   }

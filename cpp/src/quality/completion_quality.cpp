@@ -73,8 +73,11 @@ double size_ratio(Field from, Field to, std::span<const Index> generation, doubl
 
 }  // namespace
 
-CompletionQuality::CompletionQuality(const Cells& cells, Field first_frame)
-    : first_frame_(first_frame), per_edge_(1 / mean_edge_length(cells, first_frame)) {
+CompletionQuality::CompletionQuality(const Topology& topology, Field first_frame)
+    : topology_(topology),
+      first_frame_(first_frame),
+      per_edge_(1 / mean_edge_length(topology.cells, first_frame)) {
+  const Cells& cells = topology.cells;
   const std::size_t n_half_edges = cells.neighbours.size();
   const std::size_t n = std::min(n_half_edges, std::clamp(first_frame.size() / vertices_per_edge,
                                                           fewest_measured, most_measured));
@@ -106,8 +109,11 @@ CompletionQuality::CompletionQuality(const Cells& cells, Field first_frame)
   if (n > 0) flat_share_ = n_flat / static_cast<double>(n);
 }
 
-void CompletionQuality::judge(Field previous, Field completed, Generation generation,
-                              FirstFrameCheck& check, FrameReport& report) {
+void CompletionQuality::judge(const Memory& memory, Memory& next, FrameReport& report) {
+  const Field previous = memory.last;
+  const Field completed = next.last;
+  const Generation generation = next.generations.of_vertices();
+  FirstFrameCheck& check = next.completion.first_frame;
   if (check.n_judged < limits.judged_frames) {
     const double change = change_at_anchors(generation, first_frame_, completed);
     const bool has_edges = changes_.size() >= limits.fewest;
@@ -130,11 +136,13 @@ void CompletionQuality::judge(Field previous, Field completed, Generation genera
     }
     if (has_edges || has_anchors) ++check.n_judged;
   }
-  describe(completed, generation, check, report);
+  describe(next, report);
 }
 
-void CompletionQuality::describe(Field completed, Generation generation,
-                                 const FirstFrameCheck& check, FrameReport& report) {
+void CompletionQuality::describe(const Memory& memory, FrameReport& report) {
+  const Field completed = memory.last;
+  const Generation generation = memory.generations.of_vertices();
+  const FirstFrameCheck& check = memory.completion.first_frame;
   report.quality = Quality::good;
   report.reason = {};
   if (report.known == 0) {
@@ -148,7 +156,7 @@ void CompletionQuality::describe(Field completed, Generation generation,
                 in_percent(flat_share_));
     return;
   }
-  const auto [share, torn] = shares_of(completed, generation);
+  const auto [share, torn] = shares_of(memory);
   const bool is_ruined = share > limits.ruined_share;
   const bool is_torn = torn > limits.torn_share;
   const bool is_misfit = check.result == FirstFrameCheck::is_other &&
@@ -200,7 +208,10 @@ double CompletionQuality::length_of(const Edge& edge, Field frame) const {
   return std::min(std::sqrt(square_of(edge, frame)), longest_measured);
 }
 
-auto CompletionQuality::shares_of(Field frame, Generation generation) const -> Shares {
+/// Of edges in the sizes of frame 0: what grows is in range.
+auto CompletionQuality::shares_of(const Memory& memory) const -> Shares {
+  const Generation generation = memory.generations.of_vertices();
+  const std::span<const double> sizes = memory.completion.sizes;
   struct Counts {
     std::size_t all = 0;
     std::size_t outside = 0;
@@ -209,7 +220,8 @@ auto CompletionQuality::shares_of(Field frame, Generation generation) const -> S
   Counts any;
   Counts at_anchors;
   for (const Edge& edge : edges_) {
-    const double square = square_of(edge, frame);
+    const double size = sizes.empty() ? 1 : sizes[at(topology_.component[at(edge.a)])];
+    const double square = square_of(edge, memory.last) / (size * size);
     const std::size_t is_outside = square < edge.shortest || square > edge.longest ? 1 : 0;
     const std::size_t is_torn = square < edge.shortest_whole || square > edge.longest_whole ? 1 : 0;
     const std::size_t has_anchor = generation[edge.a] == 0 || generation[edge.b] == 0 ? 1 : 0;

@@ -54,15 +54,14 @@ struct CompletionLimits {
 /// of the time of a frame. Allocates memory only in the constructor.
 class CompletionQuality {
  public:
-  CompletionQuality(const Cells& cells, Field first_frame);
+  /// `topology` must outlive this object.
+  CompletionQuality(const Topology& topology, Field first_frame);
 
-  /// Sets `quality` and `reason` in the report of the frame that follows `previous`, and the check
-  /// of frame 0, which is that of the frame before so far. `generation` is that of each vertex.
-  void judge(Field previous, Field completed, std::span<const Index> generation,
-             FirstFrameCheck& check, FrameReport& report);
+  /// Sets `quality` and `reason` in the report of the next frame, which is completed, and the check
+  /// of frame 0, which is that of the frame before so far.
+  void judge(const Memory& memory, Memory& next, FrameReport& report);
   /// Sets `quality` and `reason` in the report of a frame that was judged before, by its check.
-  void describe(Field completed, std::span<const Index> generation, const FirstFrameCheck& check,
-                FrameReport& report);
+  void describe(const Memory& memory, FrameReport& report);
 
  private:
   using Generation = std::span<const Index>;
@@ -86,10 +85,11 @@ class CompletionQuality {
   [[nodiscard]] double length_of(const Edge& edge, Field frame) const;
   void choose_anchors(Generation generation);
   [[nodiscard]] bool is_mirrored(Field frame) const;
-  [[nodiscard]] Shares shares_of(Field frame, Generation generation) const;
+  [[nodiscard]] Shares shares_of(const Memory& memory) const;
   double change_at_anchors(Generation generation, Field from, Field to);
   bool is_scattered(Field frame);
 
+  const Topology& topology_;
   Field first_frame_;
   double per_edge_;  // mean edges of frame 0 in a unit of length
   std::vector<Edge> edges_;

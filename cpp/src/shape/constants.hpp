@@ -105,6 +105,21 @@ inline constexpr struct FirstOrderConstants {
   double least_share = 0.3;
 } first_order_constants;
 
+/// The constants of growth.
+inline constexpr struct GrowthConstants {
+  /// The standard deviation of normally distributed numbers, in median absolute deviations.
+  double deviations = 1.4826;
+  /// The number of edges whose ratios count as if they differed by the root of two times as much.
+  double few = 30;
+  /// The number of edges of a component that are compared at most.
+  std::size_t most_edges = 2000;
+  /// A component that seems to have another size than in the last frame by more than this factor is
+  /// given in another unit, or is another one.
+  double largest_step = 2;
+  /// No component is larger, compared with frame 0, or smaller than the inverse.
+  double largest_size = 1000;
+} growth_constants;
+
 /// The constants of the increments of rotations.
 inline constexpr struct IncrementConstants {
   /// beta.

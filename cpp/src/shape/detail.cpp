@@ -41,8 +41,10 @@ Detail::Detail(const ShapeModel& model, const Modes& modes, const Settings& sett
       error_bars_(model.topology.cells, workers, settings.uncertainty,
                   noise_.has_value() ? AnchorNoise::by_weight : AnchorNoise::exact),
       first_order_(model, workers),
+      growth_(model),
       still_(model.topology.report.components),
       anchors_(model.size(), noise_.has_value()),
+      last_(model.size()),
       x_(model.size()),
       kx_(model.size()),
       shape_(model.size()),
@@ -55,6 +57,7 @@ void Detail::begin(Memory& memory) const {
   memory.q.assign(model_.size(), {1, 0, 0, 0});
   memory.m = model_.first_shape;
   memory.completion.u.resize(model_.size());
+  memory.completion.sizes.assign(model_.topology.report.components, 1);
   memory.completion.gains.components.resize(model_.topology.report.components);
   if (model_.is_trained) memory.fit.coefficients = ShapeFit::no_coefficients();
   memory.errors = error_bars_.no_errors();
@@ -65,6 +68,7 @@ void Detail::begin(Memory& memory) const {
 std::size_t Detail::estimate(const Memory& memory, Memory& next, StageReport& report) {
   const Generations& generations = next.generations;
   anchors_.set_frame(memory.last, next.last, generations, memory.completion.lambda);
+  growth_.find(memory, anchors_.observed, next);
   if (anchors_.any_solved()) {
     const Stopwatch stopwatch(report.factor_seconds);
     system_.factorize(anchors_);
@@ -94,6 +98,18 @@ std::size_t Detail::estimate(const Memory& memory, Memory& next, StageReport& re
 
   const double of_increments = report.rotation_seconds;
   const Stopwatch stopwatch(report.solve_seconds);  // rotations are taken off at the end
+
+  // From here on, all positions are in the sizes of frame 0.
+  const std::span<const double> sizes = next.completion.sizes;
+  const bool is_grown = any_grown(memory.completion.sizes) || any_grown(sizes);
+  const Field last = is_grown ? Field(last_) : Field(memory.last);
+  if (is_grown) {
+    for (std::size_t v = 0; v < x_.size(); ++v) {
+      last_[v] = 1 / size_of(v, memory.completion.sizes) * memory.last[v];
+      const bool is_anchor = generations.of_vertices()[v] == Generations::anchor;
+      anchors_.observed[v] = is_anchor ? 1 / size_of(v, sizes) * anchors_.observed[v] : last_[v];
+    }
+  }
 
   // Step 1: Q of what is far from all anchors follows from the positions with the last shape. Modes
   // leave so small an error that it pays everywhere.
@@ -135,17 +151,18 @@ std::size_t Detail::estimate(const Memory& memory, Memory& next, StageReport& re
   move_to_shape();
 
   if (noise_ || error_bars_.exist()) system_.apply(x_, 1, kx_);
-  if (noise_) next.completion.lambda = next_lambda(memory.completion.lambda);
+  if (noise_) next.completion.lambda = next_lambda(memory.completion.lambda, sizes);
   if (error_bars_.exist()) {
     error_bars_.update({x_, kx_, shape_, directions.rounding}, anchors_, generations, system_,
                        model_.clusters(), memory.errors, next.errors);
   }
 
   // Step 5: move the satellites by a share of the first-order step.
-  report.first_order_share = first_order_.improve({memory.last, x_, shape_, anchors_.observed},
+  report.first_order_share = first_order_.improve({last, x_, shape_, anchors_.observed},
                                                   generations, next.completion.gains);
   for (std::size_t v = 0; v < x_.size(); ++v) {
-    if (anchors_.is_solved[v] != 0) next.last[v] = x_[v];
+    if (anchors_.is_solved[v] != 0) next.last[v] = size_of(v, sizes) * x_[v];
+    if (error_bars_.exist()) next.errors.standard_errors[v] *= size_of(v, sizes);
   }
   if (error_bars_.exist()) add_turn_errors(memory, next, are_turned);
   report.blend = blend.b;
@@ -209,11 +226,12 @@ void Detail::move_to_shape() {
 /// Computes lambda for the next frame from the error of the shape per coordinate, sigma_L^2 = (E +
 /// lambda |q|^2) / (3 anchors), where E is the energy and q the displacement of the anchors from
 /// their observed positions.
-double Detail::next_lambda(double lambda) const {
+double Detail::next_lambda(double lambda, std::span<const double> sizes) const {
   double energy = 0;
   for (std::size_t v = 0; v < shape_.size(); ++v) {
-    energy += anchors_.counts[v] * squared_norm(kx_[v] - shape_[v]);
-    energy += anchors_.weights[v] * squared_norm(x_[v] - anchors_.observed[v]);
+    energy += std::pow(size_of(v, sizes), 2) *
+              (anchors_.counts[v] * squared_norm(kx_[v] - shape_[v]) +
+               anchors_.weights[v] * squared_norm(x_[v] - anchors_.observed[v]));
   }
   if (!std::isfinite(energy)) return lambda;
   // The square of a small noise would be 0. Any noise that is small enough has the largest lambda.
@@ -229,6 +247,12 @@ void Detail::remember(const Memory& memory, Memory& next, StageReport& report) {
   const Stopwatch stopwatch(report.rotation_seconds);
   system_.apply(next.last, 1, kx_);
   turn_back(next.q, kx_, next.m, workers_);
+  const std::span<const double> sizes = next.completion.sizes;
+  if (any_grown(sizes)) {
+    for (std::size_t v = 0; v < kx_.size(); ++v) {
+      next.m[v] = 1 / size_of(v, sizes) * next.m[v];
+    }
+  }
   workers_.for_each_in_chunks(next.m.size(), [&](std::size_t v) {
     const auto newest = next.m[v] - memory.m[v];
     // A jump by a mean edge length or more is considered an error, and u is reset.

@@ -15,6 +15,7 @@
 #include "shape/detail_operator.hpp"
 #include "shape/error_bars.hpp"
 #include "shape/first_order.hpp"
+#include "shape/growth.hpp"
 #include "shape/increments.hpp"
 #include "shape/memory.hpp"
 #include "shape/model.hpp"
@@ -70,9 +71,12 @@ class Detail {
   [[nodiscard]] ShapeTerms terms(const Memory& memory, std::size_t v) const {
     return {memory.m[v], model_.first_shape[v] - memory.m[v], memory.completion.u[v]};
   }
+  [[nodiscard]] double size_of(std::size_t v, std::span<const double> sizes) const {
+    return sizes[at(model_.topology.component[v])];
+  }
   void move_to_shape();
   void add_turn_errors(const Memory& memory, Memory& next, bool are_turned);
-  [[nodiscard]] double next_lambda(double lambda) const;
+  [[nodiscard]] double next_lambda(double lambda, std::span<const double> sizes) const;
 
   const ShapeModel& model_;
   std::optional<double> noise_;
@@ -84,10 +88,12 @@ class Detail {
   ShapeFit fit_;
   ErrorBars error_bars_;
   FirstOrder first_order_;
+  Growth growth_;
 
   std::vector<Turn> still_;  // (components,)
   // Of one frame, (k,) each:
   Anchors anchors_;
+  std::vector<Vector3> last_;    // the frame before, in the sizes of frame 0
   std::vector<Vector3> x_, kx_;  // X and K X
   std::vector<Vector3> shape_;   // the shape that K X is to have
   std::vector<Vector3> move_;    // towards that shape

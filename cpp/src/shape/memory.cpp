@@ -31,6 +31,12 @@ void check_memory(const Memory& memory, double largest) {
       memory.completion.lambda > detail_constants.first_lambda * range) {
     refuse_state("weighs anchors as no frame can");
   }
+  const auto is_size = [most = growth_constants.largest_size](double size) {
+    return size >= 1 / most && size <= most;
+  };
+  if (!std::ranges::all_of(memory.completion.sizes, is_size)) {
+    refuse_state("holds sizes that no component can have");
+  }
   const FirstFrameCheck& check = memory.completion.first_frame;
   if (check.n_judged < 0 || check.sum_of_steps < 0 ||
       check.result > FirstFrameCheck::is_reordered) {

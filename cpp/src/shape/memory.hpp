@@ -82,6 +82,7 @@ struct FirstFrameCheck {
 /// What completers alone remember.
 struct CompletionMemory {
   std::vector<Vector3> u;                         ///< (k,) the recent change of m per frame
+  std::vector<double> sizes;                      ///< (components,) compared with frame 0
   double lambda = detail_constants.first_lambda;  ///< the weight of noisy anchors, in the unit of K
   GainMemory gains;
   FirstFrameCheck first_frame;
@@ -143,6 +144,7 @@ void each_number(Visited& memory, const Visit& visit) {
   visit(memory.q);
   visit(memory.m);
   visit(completion.u);
+  visit(completion.sizes);
   visit(completion.lambda);
   for (auto& [gains, share] : completion.gains.components) {
     visit(gains.sums);

@@ -48,6 +48,12 @@ def fluttering(mesh: Mesh, n: int) -> Array:
     return np.concatenate([cloth, meshes.turned(mesh.vertices[256:], 0.1 * n)])
 
 
+def growing(mesh: Mesh, n: int) -> Array:
+    """Two parts of which the first one grows, and waves travel along both."""
+    waved = meshes.turned(travelling(mesh, n), 0.05 * n)
+    return np.concatenate([waved[:144] * (1 + 0.02 * n), waved[144:]])
+
+
 CLIPS = {
     "sheet": (meshes.sheet(10), rolled),
     "slanted": (slanted(10), rolled),
@@ -55,6 +61,7 @@ CLIPS = {
     "cloth": (meshes.sheet(16), fluttering),
     "cloth and a stiff part": (meshes.join(meshes.sheet(16), meshes.sheet(12, 40.0)), fluttering),
     "waves": (meshes.sheet(12), travelling),
+    "growth": (meshes.join(meshes.sheet(12), meshes.sheet(5, 30.0)), growing),
 }
 ROLLED = [(0.05, None), (0.3, None), (0.7, None), (0.3, 0.02), (0.05, 0.5)]
 
@@ -64,7 +71,7 @@ ROLLED = [(0.05, None), (0.3, None), (0.7, None), (0.3, 0.02), (0.05, 0.5)]
     [
         *((name, *case) for name in CLIPS if CLIPS[name][1] is rolled for case in ROLLED),
         *((name, 0.6, noise) for name in CLIPS if "cloth" in name for noise in (None, 0.05)),
-        *(("waves", 0.5, noise) for noise in (None, 0.02)),
+        *((name, 0.5, noise) for name in ("waves", "growth") for noise in (None, 0.02)),
     ],
 )
 def test_frames_equal_the_transcription(

@@ -200,3 +200,53 @@ def test_their_standard_errors_are_not_far_too_small(rng: np.random.Generator) -
             off = np.linalg.norm(completer.push(truth, known) - truth, axis=1)[~known]
             rounding = 1e-14 * diagonal(mesh.vertices) * n
             assert (100 * completer.standard_error[~known] + rounding > off).all()
+
+
+GROWTH = 1.01 ** np.arange(1, 61)
+"""The sizes of 60 frames, as of a body that grows by 1 % in each."""
+
+
+@pytest.mark.parametrize("settings", ["plain", "learn", "uncertainty", "outliers", "training"])
+@pytest.mark.parametrize("body", ["sheet", "torus", "box", "walker"])
+def test_a_body_that_turns_and_grows(body: str, settings: str, rng: np.random.Generator) -> None:
+    """One half is never seen. The last frames, four times as large, are as good as any other."""
+    mesh = BODIES[body]
+    sizes = [*GROWTH, 2.0, 2.8, 4.0, 4.5]
+    frames = [
+        size * moved(mesh.vertices, np.array([0.2, 1, 0.4]), 0.05 * n)
+        for n, size in enumerate(sizes)
+    ]
+    masks = hidden_sets(mesh, "half", len(frames), rng)
+    error, completer = largest_error(mesh, frames, masks, **SETTINGS[settings](mesh))
+    assert error < 1e-9
+    assert completer.report.quality == "good"
+
+
+def test_a_body_that_grows_beside_another_one(rng: np.random.Generator) -> None:
+    frames = [np.where(BODY[:, None] == 0, size, 1) * TWO.vertices for size in GROWTH]
+    known = np.concatenate([hidden_sets(Mesh(TWO.faces, TWO.vertices[own]), "half", 1, rng)[0]
+                            for own in (slice(144), slice(144, 208), slice(208, 216))])  # fmt: skip
+    assert largest_error(TWO, frames, [known] * len(frames))[0] < 1e-9
+
+
+def test_a_body_that_bends_and_grows(rng: np.random.Generator) -> None:
+    """Its errors and their standard errors grow as it does."""
+    mesh = bumpy_torus(20)
+    x, y, z = mesh.vertices.T
+    bends = [0.15 * np.sin(0.3 * n) for n in range(1, 61)]
+    bent = [np.stack([x, y, z + bend * x**2], axis=1) for bend in bends]
+    (known,) = hidden_sets(mesh, "half", 1, rng)
+
+    def errors(sizes: Array) -> Array:
+        """Of positions, and standard ones, divided by the sizes."""
+        completer = dynmesh.Completer(mesh.faces, mesh.vertices, uncertainty=True)
+        found = []
+        for shape, size in zip(bent, sizes, strict=True):
+            off = np.linalg.norm(completer.push(size * shape, known) / size - shape, axis=1)
+            standard = completer.standard_error / size
+            found.append([off[~known].mean(), standard[~known].mean()])
+        return np.asarray(np.mean(found, axis=0))
+
+    of_position, standard = errors(GROWTH) / errors(np.ones(60))
+    assert of_position < 1.3
+    assert 0.7 < standard < 1.5

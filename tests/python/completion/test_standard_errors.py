@@ -24,7 +24,7 @@ def test_they_equal_the_transcription(
 ) -> None:
     mesh = meshes.join(meshes.sheet(8), meshes.sheet(4, 30.0))
     k = len(mesh.vertices)
-    frames = np.stack([meshes.turned(travelling(mesh, n), 0.05 * n) for n in range(12)])
+    frames = np.stack([1.02**n * meshes.turned(travelling(mesh, n), 0.05 * n) for n in range(12)])
     if in_bursts:  # then the largest scale is that of recent frames
         size = np.where(np.arange(12) // 2 == 3, 1.0, 0.01)[:, None, None]
         frames = mesh.vertices + size * (frames - mesh.vertices)

@@ -80,6 +80,8 @@ class Detail:
         self.k = len(first_frame)
         self.edges = directed_edges(faces)
         self.label = components(self.edges, self.k)
+        self.sizes = np.ones(self.label.max() + 1)
+        self.first_frame = first_frame
         i, j = self.edges
         self.h = mean_edge(self.edges, first_frame)
         self.rest_edges = (first_frame[j] - first_frame[i]) / self.h
@@ -156,20 +158,42 @@ class Detail:
         self.first_order_share = 0.0
         seen = np.isin(self.label, self.label[known])
         x = self.previous
+        before = self.sizes[self.label][:, None]
+        self._grow(points, known)
+        size = self.sizes[self.label][:, None]
         if (seen & ~known).any() or (self.noise is not None and seen.any()):
-            x = self._solve(points, known, seen)
-            x = self._take_first_order(x, points, known, seen)
+            self.q = self._of_vertices(self.increments.find(x, points, known)) @ self.q
+            self.previous = self.previous / before
+            x = self._solve(points / size, known, seen)
+            x = size * self._take_first_order(x, points / size, known, seen)
         elif seen.any():
             x = np.where(known[:, None], points, x)
         self._fit(x)
         self.increments.leaders.learn(x, known)
         last = self.memory
-        self.memory = np.einsum("nji,nj->ni", self.q, self.operator @ x)
+        self.memory = np.einsum("nji,nj->ni", self.q, self.operator @ x) / size
         change = self.memory - last
         is_jump = np.linalg.norm(change, axis=1) >= self.h
         self.change = np.where(is_jump[:, None], 0, 0.7 * self.change + 0.3 * change)
         self.previous = x
         return x
+
+    def _grow(self, points: Array, known: NDArray[np.bool_]) -> None:
+        """Finds the size of each component, compared with frame 0."""
+        i, j = (ends[self.edges[0] < self.edges[1]] for ends in self.edges)
+        first = ((self.first_frame[j] - self.first_frame[i]) ** 2).sum(axis=1)
+        now = ((points[j] - points[i]) ** 2).sum(axis=1)
+        for c, size in enumerate(self.sizes):
+            own = (self.label[i] == c) & known[i] & known[j]
+            if not own.any():
+                continue
+            ratios = now[own] / (size**2 * first[own])
+            growth = np.log(np.median(ratios)) / 2
+            deviation = np.median(np.abs(ratios / np.median(ratios) - 1)) / 2
+            spread = 1.4826 * deviation * np.sqrt(1 + 30 / len(ratios))
+            if abs(growth) < np.log(2):
+                weight = np.clip(abs(growth) / max(spread, 1e-9) - 1, 0, 1)
+                self.sizes[c] = size * np.exp(weight * growth)
 
     def _closest(
         self, target: Array, anchors: Array, known: NDArray[np.bool_], seen: NDArray[np.bool_]
@@ -213,7 +237,6 @@ class Detail:
         soft = np.sqrt(self.weight) * known[:, None] * (self.noise is not None)
         anchors = np.where(known[:, None], points, 0.0)
 
-        self.q = self._of_vertices(self.increments.find(self.previous, points, known)) @ self.q
         if self._has_modes() or self.increments.farthest > 1:
             self._fit(self._closest(self._turn(self.memory), anchors, known, seen))
         rows = seen[:, None]
@@ -251,8 +274,9 @@ class Detail:
         x = self._closest(target, anchors, known, seen)
         self.shape = target
         if self.noise is not None:
-            energy = (((self.operator @ x - target) * rows) ** 2).sum()
-            energy += ((soft * (x - anchors)) ** 2).sum()
+            size = self.sizes[self.label][:, None]
+            energy = ((size * (self.operator @ x - target) * rows) ** 2).sum()
+            energy += ((size * soft * (x - anchors)) ** 2).sum()
             weight = energy / (3 * known.sum() * self.noise**2)
             self.weight = (self.weight + np.clip(weight, 0.1, 1e3)) / 2
         return x

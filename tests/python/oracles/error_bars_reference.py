@@ -48,13 +48,13 @@ class WithBars(detail_reference.Detail):
         seen = np.isin(self.label, self.label[known])
         x = super().complete(points, known)
         self._draw()
-        self._find(points, known, seen)
+        self._find(known, seen)
         return x
 
     def _solve(self, points: Array, known: NDArray[np.bool_], seen: NDArray[np.bool_]) -> Array:
         weight = self.weight if self.noise is not None else 0.0
         x = super()._solve(points, known, seen)
-        self.solved_for = (x, self.target, weight)
+        self.solved_for = (x, self.target, points, weight)
         return x
 
     def _closest(self, target: Array, *rest: Any) -> Array:
@@ -69,9 +69,9 @@ class WithBars(detail_reference.Detail):
         self.eta = kept * self.eta + np.sqrt(1 - kept**2) * fresh
         self.frames += 1
 
-    def _find(self, points: Array, known: NDArray[np.bool_], seen: NDArray[np.bool_]) -> None:
-        nothing: Any = (None, None, 0.0)
-        x, target, weight = self.solved_for or nothing
+    def _find(self, known: NDArray[np.bool_], seen: NDArray[np.bool_]) -> None:
+        nothing: Any = (None, None, None, 0.0)
+        x, target, points, weight = self.solved_for or nothing
         t = self.e + self.size[:, None] * self.eta
         d = np.zeros_like(t)
         if x is not None:
@@ -102,7 +102,7 @@ class WithBars(detail_reference.Detail):
             relative = self.energies / mean
             self.size = np.clip(np.sqrt((relative[:, 0] + 0.3) / (relative[:, 1] + 0.3)), 0.1, 10)
             variance = (d * d).mean(axis=1)
-            self.standard_error = np.sqrt(scale * variance)
+            self.standard_error = self.sizes[self.label] * np.sqrt(scale * variance)
         else:
             self.standard_error = np.zeros(self.k)
         self.standard_error[~seen] = np.inf

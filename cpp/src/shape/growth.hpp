@@ -1,0 +1,44 @@
+/// How large the components are, compared with frame 0, as far as the anchors tell.
+#pragma once
+
+#include <dynmesh/topology.hpp>
+#include <dynmesh/types.hpp>
+#include <span>
+#include <vector>
+
+#include "shape/memory.hpp"
+#include "shape/model.hpp"
+
+namespace dynmesh {
+
+/// Finds the sizes of the components; see docs/method.md, "Growth". Allocates memory only in the
+/// constructor.
+class Growth {
+ public:
+  /// `model` must outlive this object.
+  explicit Growth(const ShapeModel& model);
+
+  /// Finds the sizes in the next frame from the edges between its anchors, whose positions
+  /// `observed` (k,) holds.
+  void find(const Memory& memory, Field observed, Memory& next);
+
+ private:
+  struct Edge {
+    Index a, b;
+    double square;  // of the length in frame 0
+  };
+
+  [[nodiscard]] double square_of(Index a, Index b, Field frame) const;
+  [[nodiscard]] double growth(double rounding);
+
+  const ShapeModel& model_;
+  std::vector<std::vector<Edge>> edges_;  // of the components
+  // Of one frame and component:
+  std::vector<Index> between_anchors_;  // these edges
+  std::vector<double> ratios_;          // of the squared lengths of some of them
+};
+
+/// Whether any component has another size than in frame 0.
+bool any_grown(std::span<const double> sizes);
+
+}  // namespace dynmesh
