@@ -82,9 +82,6 @@ def find_alignment(faces: Faces, first_frame: Positions, scan: Positions) -> Ali
         first_frame: its vertices, (k, 3) float32 or float64, finite.
         scan: points of the surface in the same unit of length, (n, 3) float32 or float64, finite,
             at least one.
-
-    Raises:
-        ValueError: there are no faces, vertices or points, or one of them is not as described.
     """
     frame = _arrays.points("first_frame", first_frame, np.float64)
     points = _arrays.points("scan", scan, np.float64, "(n, 3)")

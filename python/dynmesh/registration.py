@@ -131,10 +131,8 @@ def register(
             vertices or points on.
 
     Raises:
-        TypeError: an argument has the wrong kind.
-        ValueError: an argument has the wrong shape or is out of range, landmarks contradict each
-            other or lie far outside the scan, or the sizes differ by a factor of more than 20,
-            without `scale`.
+        ValueError: landmarks contradict each other or lie far outside the scan, or the sizes differ
+            by a factor of more than 20, without `scale`.
     """
     own: Any = faces
     arrays: Any = (template, points, normals)

@@ -71,11 +71,6 @@ class Sequence(Description, VertexAttributes, Stored):
     The attributes of :class:`dynmesh.frames.Description`, from `fps` on, are keywords as well.
 
     Raises:
-        TypeError: an array has the wrong kind.
-        ValueError: an array has the wrong shape, a face refers to a vertex that does not exist,
-            ``fps`` or ``metres_per_unit`` is not positive and finite, ``times`` do not ascend,
-            ``start`` is so large that frames cannot be counted, or the step of a slice is not
-            positive.
         IndexError: there is no such frame.
     """
 

@@ -79,10 +79,6 @@ def adjacency(faces: Faces, n_vertices: int) -> "csr_array[np.float64]":
 
     Returns:
         (k, k) float64, symmetric, with sorted rows.
-
-    Raises:
-        ValueError, TypeError: see :func:`dynmesh.topology.cells`.
-        ImportError: SciPy is not installed.
     """
     sparse = require("scipy.sparse", extra="matrices")
     offsets, neighbours = cells(faces, n_vertices)

@@ -114,11 +114,6 @@ def batch(
             same paths.
         overwrite: whether to replace existing outputs instead of skipping them.
         progress: whether to show on standard error how far it is.
-
-    Raises:
-        ImportError: Dask distributed is not installed.
-        OSError: the table cannot be read, or no scheduler answers.
-        ValueError: the table is invalid; the error names the line and the column.
     """
     table = path_of("jobs", jobs)
     if workers is not None:

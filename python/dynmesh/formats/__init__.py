@@ -86,11 +86,6 @@ def open(
         missing: "zero" if vertices at exactly (0, 0, 0) are missing.
         gaps: what frames are whose file is missing: "refuse" makes them an error, "lost" frames in
             which nothing was observed.
-
-    Raises:
-        OSError: the file cannot be opened.
-        ImportError: the library for this format is not installed; the message names its extra.
-        ValueError: the file is not a valid sequence; the message names the file and the problem.
     """
     path = path_of("path", path)
     if missing is not None:

@@ -82,9 +82,6 @@ def write(
     Raises:
         FileExistsError: the file exists and is not to be replaced.
         BlockingIOError: another process is writing it.
-        OSError: it cannot be written, or its disk has too little space left.
-        ImportError: the library for this format is not installed; the message names its extra.
-        TypeError, ValueError: the format cannot hold such frames, or one of them cannot be made.
     """
     given = path_of("path", path)
     if not isinstance(frames := as_sequence(frames, faces) or frames, Frames):

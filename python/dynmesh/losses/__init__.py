@@ -7,13 +7,14 @@ frames. Arguments are checked when a function is called, frames when they are re
 
 from ..scan import DepthScan, PointScan
 from .losses import add_noise, add_outliers, camera_known, dropout, patch_known, random_known
-from .scans import depth_images, scan_points
+from .scans import Sensor, depth_images, scan_points
 from .visibility import Camera, orbit
 
 __all__ = [
     "Camera",
     "DepthScan",
     "PointScan",
+    "Sensor",
     "add_noise",
     "add_outliers",
     "camera_known",

@@ -56,11 +56,6 @@ def camera_known(
 
     Returns:
         An iterator over (k,) bool, one for each frame; the first is all True.
-
-    Raises:
-        TypeError: an argument or a frame has the wrong kind.
-        ValueError: there is no camera, a face refers to a vertex that frame 0 does not have, or a
-            frame has another shape than frame 0.
     """
     triangles = triangles_of(faces)
     if not callable(cameras):
@@ -110,10 +105,6 @@ def patch_known(
 
     Returns:
         An iterator over (k,) bool.
-
-    Raises:
-        TypeError: an argument has the wrong kind.
-        ValueError: an argument is out of range, or a face refers to a vertex that does not exist.
     """
     _check_masks(n_frames, n_vertices, share, seed)
     check_integer("patches", patches, 1)
@@ -169,11 +160,6 @@ def add_noise(
 
     Returns:
         An iterator over (k, 3) positions with the dtype of each frame; the first is unchanged.
-
-    Raises:
-        TypeError: an argument or a frame has the wrong kind.
-        ValueError: an argument is out of range, frame 0 is not finite or has no edge longer than 0,
-            or a frame has another shape than frame 0.
     """
     check_not_negative("sigma", sigma)
     triangles_of(faces)

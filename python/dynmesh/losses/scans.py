@@ -6,7 +6,7 @@ frame 0: every frame is scanned alike. Surfaces that are nearly edge-on to a cam
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import chain, repeat
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple, TypeAlias, TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,6 +39,29 @@ _ROUNDS = 20
 """At most so many points are tried at a time, and so many times, until enough of them are seen."""
 
 
+class Sensor(TypedDict, total=False):
+    """What all scans have: keywords of :func:`scan_points` and :func:`depth_images`.
+
+    Attributes:
+        noise: standard deviation of every coordinate, or of the depths, in mean edges of frame 0;
+            0.02 by default.
+        missing: share of the points, or pixels, that is lost at random, at least 0 and below 1; 0.
+        holes: about this share of the surface returns nothing, in patches that stay for 15 frames;
+            see :func:`patch_known`. Frame 0 has none. 0 by default.
+        outliers: share of the points that is moved 10 mean edges in a random direction, or of the
+            pixels whose depth is changed by up to as much; 0.
+        up: the axis around which a number of cameras stand; (0, 0, 1) by default.
+        seed: equal seeds give equal scans; 0. Frame i does not depend on the number of frames.
+    """
+
+    noise: float
+    missing: float
+    holes: float
+    outliers: float
+    up: tuple[float, float, float]
+    seed: int
+
+
 class _Scene(NamedTuple):
     """A frame, and who looks at it."""
 
@@ -58,12 +81,7 @@ def scan_points(
     cameras: Cameras = 4,
     *,
     points: int = 20_000,
-    noise: float = 0.02,
-    missing: float = 0.0,
-    holes: float = 0.0,
-    outliers: float = 0.0,
-    up: tuple[float, float, float] = (0, 0, 1),
-    seed: int = 0,
+    **sensor: Unpack[Sensor],
 ) -> Iterator[PointScan]:
     """Scans the surface that cameras see, as a set of points with normals.
 
@@ -77,24 +95,13 @@ def scan_points(
         cameras: a number of cameras that stand around frame 0, as :func:`orbit` places them; the
             same cameras for all frames; or a function that returns those of a frame.
         points: number of points of a frame before some are lost; fewer where nothing is seen.
-        noise: standard deviation of every coordinate, in mean edges of frame 0.
-        missing: share of the points that is lost at random, at least 0 and below 1.
-        holes: about this share of the surface returns nothing, in patches that stay for 15 frames;
-            see :func:`patch_known`. Frame 0 has none.
-        outliers: share of the points that is moved 10 mean edges in a random direction.
-        up: the axis around which a number of cameras stand.
-        seed: equal seeds give equal scans. Frame i does not depend on the number of frames.
+        **sensor: see :class:`Sensor`.
 
     Returns:
         An iterator over :class:`PointScan`, one for each frame.
-
-    Raises:
-        TypeError: an argument or a frame has the wrong kind.
-        ValueError: an argument is out of range, frame 0 is not finite or has no edge longer than 0,
-            or a frame has another shape than frame 0.
     """
     check_integer("points", points, 1)
-    _check(faces, cameras, noise, seed, missing=missing, holes=holes, outliers=outliers)
+    noise, missing, holes, outliers, up, seed = _checked(faces, cameras, **sensor)
 
     def scans() -> Iterator[PointScan]:
         for scene in _scenes_of(frames, faces, cameras, holes, up, seed):
@@ -123,26 +130,19 @@ def depth_images(
     *,
     width: int = 640,
     height: int = 480,
-    noise: float = 0.02,
-    missing: float = 0.0,
-    holes: float = 0.0,
-    outliers: float = 0.0,
-    up: tuple[float, float, float] = (0, 0, 1),
-    seed: int = 0,
+    **sensor: Unpack[Sensor],
 ) -> Iterator[DepthScan]:
     """Scans what cameras see as depth images, which are exact at the centres of the pixels.
 
-    The arguments that :func:`scan_points` has, too, mean the same, with these differences: the
-    fields of view of cameras are those from the lower to the upper edge of the image, `noise` is
-    the standard deviation of the depths, `missing` the share of the pixels, and `outliers` that of
-    the pixels whose depth is changed by up to 10 mean edges. `width` and `height` are in pixels.
+    The arguments that :func:`scan_points` has, too, mean the same, but the fields of view of
+    cameras are those from the lower to the upper edge of the image, of `width` x `height` pixels.
 
     Returns:
         An iterator over :class:`DepthScan`, one for each frame.
     """
     check_integer("width", width, 1)
     check_integer("height", height, 1)
-    _check(faces, cameras, noise, seed, missing=missing, holes=holes, outliers=outliers)
+    noise, missing, holes, outliers, up, seed = _checked(faces, cameras, **sensor)
 
     def scans() -> Iterator[DepthScan]:
         for scene in _scenes_of(frames, faces, cameras, holes, up, seed):
@@ -256,7 +256,17 @@ def _measured(buffer: DepthBuffer, scene: _Scene, camera: Camera) -> NDArray[np.
     return depth
 
 
-def _check(faces: Faces, cameras: Cameras, noise: float, seed: int, **shares: float) -> None:
+def _checked(
+    faces: Faces,
+    cameras: Cameras,
+    noise: float = 0.02,
+    missing: float = 0.0,
+    holes: float = 0.0,
+    outliers: float = 0.0,
+    up: tuple[float, float, float] = (0, 0, 1),
+    seed: int = 0,
+) -> tuple[float, float, float, float, tuple[float, float, float], int]:
+    """Returns what is given of a sensor, and what is usual of the rest."""
     triangles_of(faces)
     check_integer("seed", seed, 0)
     if isinstance(cameras, int):
@@ -264,7 +274,8 @@ def _check(faces: Faces, cameras: Cameras, noise: float, seed: int, **shares: fl
     elif not callable(cameras):
         check_cameras(cameras, "there are none")
     check_not_negative("noise", noise)
-    for name, share in shares.items():
+    for name, share in {"missing": missing, "holes": holes, "outliers": outliers}.items():
         check_finite(name, share)
         if not 0 <= share < 1:
             raise InputError(f"must be at least 0 and below 1, not {share}", argument=name)
+    return noise, missing, holes, outliers, up, seed

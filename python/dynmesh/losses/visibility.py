@@ -45,11 +45,6 @@ class Camera:
         target: a point in the middle of the image.
         up: a direction that points upwards in the image, of any length.
         field_of_view: angle from the lower to the upper edge of the image, in degrees.
-
-    Raises:
-        TypeError: `field_of_view` is not a number.
-        ValueError: a vector is not three finite numbers, `target` is `position`, `up` is parallel
-            to the view, or `field_of_view` is not above 0 and below 180.
     """
 
     position: tuple[float, float, float]
@@ -95,10 +90,6 @@ def orbit(
 
     Returns:
         A function that returns the cameras of the frame with a given number.
-
-    Raises:
-        TypeError: an argument has the wrong kind.
-        ValueError: an argument is out of range, or all vertices are at one position.
     """
     check_integer("n_cameras", n_cameras, 1)
     check_finite("degrees_per_frame", degrees_per_frame)
@@ -188,11 +179,7 @@ def axes_of(camera: Camera) -> Floats:
 
 
 def horizon(up: tuple[float, float, float]) -> tuple[Floats, Floats, Floats]:
-    """Unit vectors at right angles: x as seen from above, counterclockwise of it, and up.
-
-    Raises:
-        TypeError, ValueError: `up` is not three finite numbers, or zero.
-    """
+    """Unit vectors at right angles: x as seen from above, counterclockwise of it, and up."""
     check_vector("up", up)
     if not any(up):
         raise InputError(f"must not be zero, but is {up}", argument="up")

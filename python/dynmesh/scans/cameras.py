@@ -107,13 +107,7 @@ class Rig:
 
 
 def read_cameras(path: Path) -> Rig:
-    """Reads `cameras.json`, the `transforms.json` of nerfstudio, or a trajectory as those of TUM.
-
-    Raises:
-        OSError: the file cannot be read.
-        ValueError: it does not hold cameras; the message names the file, the camera, the field and
-            the value.
-    """
+    """Reads `cameras.json`, a `transforms.json` of nerfstudio, or a trajectory as those of TUM."""
     with naming(path):
         is_json = path.suffix == ".json" or path.read_bytes().lstrip().startswith((b"{", b"["))
         if not is_json:

@@ -31,12 +31,7 @@ class PointFile(NamedTuple):
 
 
 def read_points(file: Path) -> PointFile:
-    """Reads the points of a file, by its suffix.
-
-    Raises:
-        OSError: the file cannot be read.
-        ValueError: it does not hold points; the message names the line or the point, and the value.
-    """
+    """Reads the points of a file, by its suffix."""
     with naming(file):
         read = point_formats.get(file.suffix.lower())
         if read is None:

@@ -224,11 +224,6 @@ def open_scans(
             the folder of the scans, if there is one. Depth images need it.
         gaps: "lost" if nothing was observed in frames, or by cameras, whose file is missing;
             "refuse" refuses such scans.
-
-    Raises:
-        OSError: a file cannot be read.
-        ImportError: Pillow, which reads PNG, is not installed.
-        ValueError: there are no scans, or the first one is damaged; the message names the file.
     """
     path = path_of("path", path)
     rig = cameras if isinstance(cameras, Rig) else read_rig(path, cameras)

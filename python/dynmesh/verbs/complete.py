@@ -170,10 +170,6 @@ def complete(
         The completed frames with the generation and age of their vertices, and what was done as
         their `report`: a :class:`dynmesh.Sequence` of frames in memory; of others, a
         :class:`dynmesh.frames.Run`, whose frames are made when they are gone through.
-
-    Raises:
-        OSError, ImportError, TypeError, ValueError: a file cannot be read, an argument is refused,
-            or the template or a training frame is not whole or has another mesh.
     """
     check_start(start, template)
     check_flags(bidirectional=bidirectional)

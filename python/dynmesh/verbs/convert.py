@@ -75,10 +75,6 @@ def convert(
         The converted frames: a :class:`dynmesh.Sequence` of frames in memory; of others, a
         :class:`dynmesh.frames.Run`, whose frames are made when they are gone through. Of point
         clouds, a :class:`dynmesh.scans.ScanRun`.
-
-    Raises:
-        OSError, ImportError, TypeError, ValueError: a file cannot be read, it states another axis
-            or unit, or one is needed that nothing states.
     """
     given: dict[str, Any] = {"frames": frames, "up": up, "unit": unit, "to_up": to_up}
     given |= {"to_unit": to_unit, "scale": scale, "fps": fps}

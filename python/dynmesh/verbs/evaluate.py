@@ -49,7 +49,6 @@ def evaluate(
         progress: whether to show on standard error how far it is.
 
     Raises:
-        OSError, ImportError, TypeError: a file cannot be read.
         ValueError: the sequences do not have the same mesh and number of frames, no frame is to be
             measured, a position is missing or not finite, or nothing says which vertices were
             missing.

@@ -196,10 +196,6 @@ def track(
         :class:`dynmesh.Sequence`; of files, a :class:`dynmesh.frames.Run`, whose frames are made
         when they are gone through. They have a report, of which
         :meth:`~dynmesh.verbs.track.TrackReport.write_csv` writes how good each frame is.
-
-    Raises:
-        OSError, ImportError, TypeError, ValueError: a file cannot be read, an argument is
-            refused, or the template is not found in the first scan.
     """
     marked = [] if landmarks is None else [path_of("landmarks", landmarks)]
     check_flags(recover=recover, uncertainty=uncertainty)

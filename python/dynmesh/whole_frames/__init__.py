@@ -85,11 +85,6 @@ def whole_frame(
             other frames know them, count as missing.
         threads: the number of threads that may work; more than one helps from 23 553 vertices on.
         progress: whether to show on standard error how far it is.
-
-    Raises:
-        TypeError: an argument has the wrong kind.
-        ValueError: an argument has the wrong shape or is out of range, or no vertex is known in any
-            frame.
     """
     number = None if isinstance(frame, str) and frame == "best" else frame
     if number is not None:
