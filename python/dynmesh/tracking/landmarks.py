@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from .._arrays import Positions
 from .._checks import check_integer, check_vector
-from .._errors import DynmeshError, InputError, naming
+from .._errors import InputError, naming, within
 from ..registration import Landmarks
 from ..scans.cameras import json_in
 
@@ -27,10 +27,8 @@ def read_landmarks(path: Path) -> Landmarks:
         if not isinstance(given, list) or not given:
             raise InputError("must be a list of landmarks, with at least one")
         for number, one in enumerate(given):
-            try:
+            with within(f"landmark {number}"):
                 _check(one)
-            except DynmeshError as error:
-                raise InputError(f"landmark {number}: {error}") from error
     return (
         np.array([one["vertex"] for one in given]),
         np.array([one["position"] for one in given], np.float64),

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from commands import dynmesh_command as run
 from every_format import FORMATS, NUMBERED
-from scan_files import moving_body
+from scan_files import scanned_body
 from sequences import assert_same, sea
 
 import dynmesh
@@ -98,10 +98,7 @@ def test_frames_are_those_of_the_paths_as_given(
 def scanned(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Points, depth images, a template and landmarks."""
     made = tmp_path_factory.mktemp("scanned")
-    truth = moving_body(3)
-    dynmesh.write(made / "truth.npz", truth)
-    dynmesh.write(made / "body.obj", truth[:1])
-    run("degrade", made / "truth.npz", made / "points", "--scan", "--points", "1500")
+    truth = scanned_body(made, 3, "--scan", "--points", "1500")
     run("degrade", made / "truth.npz", made / "depth", "--depth", "60x60", "--up", "z")
     (made / "depth" / "cameras.json").rename(made / "rig.json")
     marks = [{"vertex": 9, "position": truth.vertices[0, 9].tolist()}]

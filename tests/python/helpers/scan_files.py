@@ -6,9 +6,11 @@ from typing import Any
 
 import numpy as np
 import trimesh
+from commands import dynmesh_command
 from meshes import Array, Mesh, turned
 from PIL import Image
 
+import dynmesh
 from dynmesh import Sequence, losses
 from dynmesh.geometry import mean_edge_of
 from dynmesh.losses.visibility import intrinsics_of, pose_of
@@ -30,6 +32,15 @@ def moving_body(n: int, shift: float = 0.01, scale: Any = 1) -> Sequence:
     vertices = np.stack([1.3 * x, y, 0.7 * z], axis=1) * radii[:, None] * scale
     frames = [turned(vertices, 0.02 * i) + shift * i for i in range(n)]
     return Sequence(np.stack(frames), np.asarray(sphere.faces, np.int64), up_axis="z")
+
+
+def scanned_body(folder: Path, n: int, *words: str, name: str = "points") -> Sequence:
+    """Writes a moving body, its first frame and what a command makes of it into a folder."""
+    truth = moving_body(n)
+    dynmesh.write(folder / "truth.npz", truth)
+    dynmesh.write(folder / "body.obj", truth[:1])
+    dynmesh_command("degrade", folder / "truth.npz", folder / name, *words)
+    return truth
 
 
 def error(tracked: Sequence, truth: Sequence) -> Array:

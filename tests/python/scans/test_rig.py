@@ -15,7 +15,7 @@ from browser import Page
 from commands import dynmesh_command as run
 from commands import run_here
 from meshes import turned
-from scan_files import moving_body, scanned_in_a_room
+from scan_files import moving_body, scanned_body, scanned_in_a_room
 
 import dynmesh
 from dynmesh import losses
@@ -34,10 +34,7 @@ from dynmesh.scans import (
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A body, its scans by four cameras, and the first of them in a room."""
     made = tmp_path_factory.mktemp("rig")
-    truth = moving_body(3)
-    dynmesh.write(made / "truth.npz", truth)
-    dynmesh.write(made / "body.obj", truth[:1])
-    run("degrade", made / "truth.npz", made / "depth", "--depth", "160x120")
+    truth = scanned_body(made, 3, "--depth", "160x120", name="depth")
     scanned_in_a_room(truth[:1], made / "room", (160, 120))
     return made
 

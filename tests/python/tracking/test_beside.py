@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 from commands import dynmesh_command as run
-from scan_files import moving_body
+from scan_files import scanned_body
 
 import dynmesh
 from dynmesh.formats.place import Place
@@ -16,10 +16,7 @@ SUFFIX = {"track": ".csv", "register": ".html"}
 @pytest.fixture(scope="module")
 def scans(tmp_path_factory: pytest.TempPathFactory) -> Path:
     made = tmp_path_factory.mktemp("beside")
-    truth = moving_body(2)
-    dynmesh.write(made / "truth.npz", truth)
-    dynmesh.write(made / "body.obj", truth[:1])
-    run("degrade", made / "truth.npz", made / "points", "--scan", "--points", "1500")
+    scanned_body(made, 2, "--scan", "--points", "1500")
     return made
 
 
