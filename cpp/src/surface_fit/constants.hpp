@@ -100,9 +100,11 @@ struct TrackingConstants {
   double first_stiffness = 30;
   double stiffness_growth = 3;
   double tie_pull = 0.1;
-  /// Six points determine a rigid motion, if all are good. Fewer than this move no surface rigidly,
-  /// and components whose points have a smaller sum of weights are not drawn to them.
+  /// Fewer points than this move no surface.
   std::size_t fewest = 12;
+  /// Components whose points have a smaller sum of weights are not drawn to them: six points
+  /// determine a rigid motion.
+  double least_weight = 6;
   /// Nor are those that have a smaller share of the points that their share in what the sensors see
   /// of the surface promises.
   double least_measured = 0.2;

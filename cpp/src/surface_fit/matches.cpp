@@ -234,7 +234,7 @@ void Matches::weigh(Field x, const Search& search, double points_of_row) {
   if (!usual.empty()) boundary_.draw(x, normals_, rows_);
   const auto is_measured = find_measured();
   std::erase_if(rows_, [&](const SurfaceRow& row) {
-    return sums[at(component(row))] < static_cast<double>(constants_.fewest) ||
+    return sums[at(component(row))] < constants_.least_weight ||
            is_measured[at(component(row))] == 0;
   });
   const double density =

@@ -125,8 +125,24 @@ void SurfaceTracking::predict(const Memory& memory, const PointScan& measurement
   if (model_.topology.report.components > 1) predict_components(memory, led_to, measurement);
 }
 
-/// Lets each component that its points show elsewhere begin there: where it was, where all are led
-/// to, or where its own rigid motion leads, as it may move farther in a frame than it is long.
+/// (components,) the numbers of the groups of those that ties hold together, from 0 on.
+std::vector<std::size_t> SurfaceTracking::find_groups(const Memory& memory) {
+  LearnedTies& ties = shape_.ties();
+  ties.set_weights(memory.departures);
+  std::vector<std::size_t> group(model_.topology.report.components);
+  std::iota(group.begin(), group.end(), std::size_t{0});
+  for (std::size_t t = 0; t < ties.between().size(); ++t) {
+    const Tie& tie = ties.between()[t];
+    const std::size_t a = group[at(model_.topology.component[tie.i])];
+    const std::size_t b = group[at(model_.topology.component[tie.j])];
+    if (a != b && ties.holds(t)) std::ranges::replace(group, std::max(a, b), std::min(a, b));
+  }
+  return group;
+}
+
+/// Lets the components that ties hold together begin where their points show them: where they were,
+/// where all are led to, or where the rigid motion of each leads, as they may move farther in a
+/// frame than they are long.
 void SurfaceTracking::predict_components(const Memory& memory, Field led_to,
                                          const PointScan& measurement) {
   std::vector<std::vector<Index>> members(model_.topology.report.components);
@@ -138,10 +154,16 @@ void SurfaceTracking::predict_components(const Memory& memory, Field led_to,
     const RigidMotion motion = fit_rigid_motion(vertices, memory.tracking.before, memory.last);
     for (const Index v : vertices) moved_on[at(v)] = motion.apply(memory.last[at(v)]);
   }
+  const auto group = find_groups(memory);
+  std::vector<std::vector<Index>> together(members.size());
+  for (std::size_t c = 0; c < members.size(); ++c) {
+    auto& vertices = together[group[c]];
+    vertices.insert(vertices.end(), members[c].begin(), members[c].end());
+  }
   const auto seen = matches_.seen();
-  const auto choose = [&](std::size_t component) {
+  const auto choose = [&](std::span<const Index> vertices) {
     std::vector<Index> chosen;
-    for (const Index v : members[component]) {
+    for (const Index v : vertices) {
       if (seen[at(v)] != 0) chosen.push_back(v);
     }
     if (chosen.empty()) return;
@@ -165,10 +187,10 @@ void SurfaceTracking::predict_components(const Memory& memory, Field led_to,
       best = start;
     }
     if (best.empty()) return;
-    for (const Index v : members[component]) x_[at(v)] = best[at(v)];
+    for (const Index v : vertices) x_[at(v)] = best[at(v)];
   };
   if (measurement.size() == 0) return;
-  for (std::size_t component = 0; component < members.size(); ++component) choose(component);
+  for (const auto& vertices : together) choose(vertices);
 }
 
 /// What ties keep while components move rigidly: the differences of the last frame, and a share of

@@ -123,6 +123,7 @@ class SurfaceTracking {
 
  private:
   void predict(const Memory& memory, const PointScan& measurement);
+  [[nodiscard]] std::vector<std::size_t> find_groups(const Memory& memory);
   void predict_components(const Memory& memory, Field led_to, const PointScan& measurement);
   [[nodiscard]] std::vector<Vector3> wanted_differences(const Memory& memory);
   int approach(const Memory& memory, int fewest_iterations);

@@ -327,6 +327,20 @@ def test_the_parts_of_a_beetle_follow_each_other(cameras: int, mean: float) -> N
     assert tracked(faces, beetle, cameras).mean() < mean
 
 
+def test_a_fast_leg_of_few_points_is_followed() -> None:
+    """Between two of these frames, the end of a leg moves eight edges, farther than it is long."""
+    beetle = dynmesh.synth.sequence("beetle", frames=9)
+    frames = beetle.vertices[::4].astype(np.float64)
+    box = np.stack([frames.min(axis=(0, 1)), frames.max(axis=(0, 1))])
+    around = losses.orbit(box, 4, up=(0, 0, 1))(0)
+    _, *scans = losses.scan_points(frames, beetle.faces, around, points=5000)
+    tracker = Tracker(beetle.faces, frames[0])
+    for truth, scan in zip(frames[1:], scans, strict=True):
+        found = tracker.push(scan.points, scan.normals, viewpoints=scan.viewpoints)
+        errors = np.linalg.norm(found - truth, axis=1)
+        assert errors.mean() < 0.35 * edge(Mesh(beetle.faces.astype(np.int64), frames[0]))
+
+
 def test_what_was_learned_of_parts_is_in_the_state() -> None:
     """A restored tracker goes on as the original does, also from bodies that have parted."""
     faces, frames, _ = frames_of(bodies_that_part)
