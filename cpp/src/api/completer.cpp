@@ -87,8 +87,8 @@ struct Completion {
     if (outliers) report.rejected = outliers->drop(memory.last, next.last, next.known);
     if (detail) {
       next.generations.classify(stream.topology.cells, next.known);
-      report.iterations = detail->estimate(memory, next, report.stages);
-      disconnected.complete(memory, next, detail->rotations_of_components());
+      const auto rotations = detail->complete(memory, next, report);
+      disconnected.complete(memory, next, rotations.of_components);
       stream.reset_diverged(memory.last, next.last);
       stream.count_frames(memory, next);
       detail->remember(memory, next, report.stages);

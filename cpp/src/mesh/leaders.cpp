@@ -50,6 +50,7 @@ Leaders::Leaders(const Topology& topology, Field first_frame, const TrainingFram
       scale_(std::exp2(-std::ilogb(mean_edge_))),
       rank_(topology.report.components, none),
       pairs_of_(rank_.size()),
+      leads_({}, 1),
       of_component_(rank_.size()) {
   const std::size_t n = rank_.size();
   if (n < 2) return;
@@ -71,8 +72,9 @@ Leaders::Leaders(const Topology& topology, Field first_frame, const TrainingFram
       trained_[i] = std::max(trained_[i], squared_departure(pairs_[i], frame));
     }
   }
-  leads_.reserve(n);
-  shares_.resize(pairs_.size());
+  Lent<Leads> leads = leads_.lend();
+  leads.leads.reserve(n);
+  leads.shares.resize(pairs_.size());
   std::size_t most = 0;
   for (const auto& pairs : pairs_of_) most = std::max(most, pairs.size());
   beside_.reserve(most);
@@ -239,8 +241,8 @@ Leaders::Lead Leaders::best(Index component, std::span<const std::uint8_t> may_l
   return found;
 }
 
-std::span<const Leaders::Lead> Leaders::find(std::span<const std::uint8_t> may_lead,
-                                             std::span<const double> departures, Field x) {
+auto Leaders::find(std::span<const std::uint8_t> may_lead, std::span<const double> departures,
+                   Field x) -> Lent<Leads> {
   std::ranges::fill(of_component_, Lead{});
   bool is_changed = true;
   for (std::size_t n = 0; n < of_component_.size() && is_changed; ++n) {
@@ -255,21 +257,22 @@ std::span<const Leaders::Lead> Leaders::find(std::span<const std::uint8_t> may_l
       }
     }
   }
-  leads_.clear();
+  Lent<Leads> found = leads_.lend();
+  found.leads.clear();
   for (const Lead& lead : of_component_) {
-    if (lead.trust > 0) leads_.push_back(lead);
+    if (lead.trust > 0) found.leads.push_back(lead);
   }
-  std::ranges::sort(leads_, std::greater{}, &Lead::trust);
-  for (const Lead& lead : leads_) {
-    share_out(lead, may_lead, departures);
-    agree(lead, x);
+  std::ranges::sort(found.leads, std::greater{}, &Lead::trust);
+  for (const Lead& lead : found.leads) {
+    share_out(lead, may_lead, departures, found);
+    agree(lead, x, found);
   }
-  return leads_;
+  return found;
 }
 
 /// Gives shares to what leads a component, by the trust in it.
 void Leaders::share_out(const Lead& lead, std::span<const std::uint8_t> may_lead,
-                        std::span<const double> departures) {
+                        std::span<const double> departures, Leads& leads) const {
   for (const std::size_t number : pairs_of_[at(lead.follower)]) {
     const auto& components = pairs_[number].components;
     const std::size_t side = components[0] == lead.follower ? 0 : 1;
@@ -278,15 +281,15 @@ void Leaders::share_out(const Lead& lead, std::span<const std::uint8_t> may_lead
     // What is less trusted is not complete when the follower is moved.
     const bool is_complete =
         may_lead[at(leader)] != 0 || of_component_[at(leader)].trust > lead.trust;
-    shares_[number][side] = is_complete ? trust / lead.trust : 0;
+    leads.shares[number][side] = is_complete ? trust / lead.trust : 0;
   }
 }
 
-void Leaders::agree(const Lead& lead, Field x) {
+void Leaders::agree(const Lead& lead, Field x, Leads& leads) {
   beside_.clear();
   for (const std::size_t number : pairs_of_[at(lead.follower)]) {
     const std::size_t side = pairs_[number].components[0] == lead.follower ? 0 : 1;
-    double& share = shares_[number][side];
+    double& share = leads.shares[number][side];
     if (share < least_share) {
       share = 0;
     } else {

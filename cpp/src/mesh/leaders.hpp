@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "base/lender.hpp"
 #include "base/training_frames.hpp"
 
 namespace dynmesh {
@@ -35,6 +36,12 @@ class Leaders {
     std::size_t pair = 0;
     double trust = 0;  ///< the product of the weights on the way to a component that may lead
   };
+  /// What leads all components that do not lead themselves, as far as there is a way: each by the
+  /// one of the greatest trust, and others by their share of it.
+  struct Leads {
+    std::vector<Lead> leads;                    ///< the most trusted first
+    std::vector<std::array<double, 2>> shares;  ///< (pairs,) of each component in leading the other
+  };
 
   /// `first_frame` must outlive this object. `training` are frames of a training
   /// sequence, or none.
@@ -50,15 +57,13 @@ class Leaders {
   void learn(Field x, std::span<const std::uint8_t> is_seen, std::span<const double> departures,
              std::span<double> next) const;
 
-  /// Leads all components that do not lead themselves, as far as there is a way: each by the one of
-  /// the greatest trust, and others by their share of it, as far as they agree on how it moved from
-  /// frame 0 to X, which need not be the frame itself. The most trusted are first. A way through a
-  /// component that does not lead itself is trusted less. Valid until the next call.
-  std::span<const Lead> find(std::span<const std::uint8_t> may_lead,
-                             std::span<const double> departures, Field x);
+  /// Leads components by those that agree on how they moved from frame 0 to X, which need not be
+  /// the frame itself. A way through a component that does not lead itself is trusted less.
+  Lent<Leads> find(std::span<const std::uint8_t> may_lead, std::span<const double> departures,
+                   Field x);
   /// Lowers the shares of what leads a component along with others, but moved otherwise from frame
   /// 0 to X than they, as parts of one rigid body, tell.
-  void agree(const Lead& lead, Field x);
+  void agree(const Lead& lead, Field x, Leads& leads);
   /// The lead of a component by another one that may lead, directly. Without trust if there is
   /// none.
   [[nodiscard]] Lead best(Index component, std::span<const std::uint8_t> may_lead,
@@ -70,13 +75,14 @@ class Leaders {
   void for_each_place(const Lead& lead, const Visit& visit) const {
     visit_places(lead.pair, lead.follower, 1, visit);
   }
-  /// The same for a lead that was found last, with the places of all that the follower trusts about
+  /// Calls `visit(vertex, weight)` for the places of all that the follower of a lead trusts about
   /// as much.
   template <class Visit>
-  void for_each_place_around(const Lead& lead, const Visit& visit) const {
+  void for_each_place_around(const Lead& lead, const Leads& leads, const Visit& visit) const {
     for (const std::size_t pair : pairs_of_[static_cast<std::size_t>(lead.follower)]) {
       const std::size_t side = pairs_[pair].components[0] == lead.follower ? 0 : 1;
-      if (shares_[pair][side] > 0) visit_places(pair, lead.follower, shares_[pair][side], visit);
+      const double share = leads.shares[pair][side];
+      if (share > 0) visit_places(pair, lead.follower, share, visit);
     }
   }
 
@@ -105,7 +111,7 @@ class Leaders {
   [[nodiscard]] Lead trust_of(Index follower, std::size_t number,
                               std::span<const std::uint8_t> may_lead, double departure) const;
   void share_out(const Lead& lead, std::span<const std::uint8_t> may_lead,
-                 std::span<const double> departures);
+                 std::span<const double> departures, Leads& leads) const;
   [[nodiscard]] bool is_better(const Lead& lead, const Lead& than) const;
 
   Field first_frame_;
@@ -116,17 +122,16 @@ class Leaders {
   std::vector<Pair> pairs_;
   std::vector<std::vector<std::size_t>> pairs_of_;  // of each component
   std::vector<double> trained_;
-  // Of one call:
-  std::vector<Lead> of_component_, leads_;
-  std::vector<double> best_at_;  // (k,)
+  Lender<Leads> leads_;
+  // Buffers:
   struct Beside {
     double* share;
     double trust;
     std::span<const Index> vertices;
     double square = 0;
   };
+  std::vector<Lead> of_component_;
   std::vector<Beside> beside_;
-  std::vector<std::array<double, 2>> shares_;  // (pairs,) of each component in leading the other
 };
 
 }  // namespace dynmesh

@@ -53,47 +53,49 @@ Blend global_blend(const ResidualField& residuals, double mean_edge) {
   return {bounded_blend(finite(-(s01 + c * s12) / cautious_s11)), c, s11 != 0};
 }
 
-LocalBlend::LocalBlend(const Clusters& clusters, Workers& workers)
-    : clusters_(clusters),
-      workers_(workers),
-      fits_(clusters.size()),
-      around_(clusters.size()),
-      of_clusters_(clusters.size()),
-      blend_(clusters.of_vertex.size()) {}
-
-std::span<const double> LocalBlend::find(const ResidualField& residuals, const Blend& global) {
+// h_c and q_c, the least-squares fit of b given c, are -r1 . (r0 + c r2) and |r1|^2.
+Lent<std::vector<double>> local_blend(const ResidualField& residuals, const Blend& global,
+                                      const Clusters& clusters,
+                                      Lender<std::vector<double>>& numbers, Workers& workers) {
+  auto h = numbers.lend();
+  auto q = numbers.lend();
   const auto add_residuals = [&](std::size_t c) {
-    Fit& fit = fits_[c] = {};
+    h[c] = q[c] = 0;
     if (!global.is_b_known) return;
-    for (const Index v : clusters_.members[c]) {
+    for (const Index v : clusters.members[c]) {
       residuals.visit(at(v), [&](const Residuals& r) {
-        fit.h -= r.weight * dot(r.r1, r.r0 + global.c * r.r2);
-        fit.q += r.weight * dot(r.r1, r.r1);
+        h[c] -= r.weight * dot(r.r1, r.r0 + global.c * r.r2);
+        q[c] += r.weight * dot(r.r1, r.r1);
       });
     }
   };
-  workers_.for_each_in_chunks(clusters_.size(), add_residuals, Clusters::typical_size);
+  workers.for_each_in_chunks(clusters.size(), add_residuals, Clusters::typical_size);
+  auto h_around = numbers.lend();
+  auto q_around = numbers.lend();
   double sum = 0;
-  for (std::size_t c = 0; c < clusters_.size(); ++c) {
-    around_[c] = fits_[c];
-    for (const Index other : clusters_.neighbours[c]) {
-      around_[c].h += fits_[other].h;
-      around_[c].q += fits_[other].q;
+  for (std::size_t c = 0; c < clusters.size(); ++c) {
+    h_around[c] = h[c];
+    q_around[c] = q[c];
+    for (const Index other : clusters.neighbours[c]) {
+      h_around[c] += h[other];
+      q_around[c] += q[other];
     }
-    sum += around_[c].q;
+    sum += q_around[c];
   }
-  const double eta = detail_constants.pull * sum / static_cast<double>(clusters_.size());
-  for (std::size_t c = 0; c < clusters_.size(); ++c) {
-    const double blend = (around_[c].h + eta * global.b) / (around_[c].q + eta);
-    of_clusters_[c] = bounded_blend(std::isfinite(blend) ? blend : global.b);
+  const double eta = detail_constants.pull * sum / static_cast<double>(clusters.size());
+  auto& of_clusters = h;
+  for (std::size_t c = 0; c < clusters.size(); ++c) {
+    const double blend = (h_around[c] + eta * global.b) / (q_around[c] + eta);
+    of_clusters[c] = bounded_blend(std::isfinite(blend) ? blend : global.b);
   }
-  workers_.for_each_in_chunks(blend_.size(), [&](std::size_t v) {
-    blend_[v] = 0;
-    for (Clusters::Weights::InnerIterator e(clusters_.weights, static_cast<Index>(v)); e; ++e) {
-      blend_[v] += e.value() * of_clusters_[e.col()];
+  auto of_vertices = numbers.lend();
+  workers.for_each_in_chunks(of_vertices.size(), [&](std::size_t v) {
+    of_vertices[v] = 0;
+    for (Clusters::Weights::InnerIterator e(clusters.weights, static_cast<Index>(v)); e; ++e) {
+      of_vertices[v] += e.value() * of_clusters[e.col()];
     }
   });
-  return blend_;
+  return of_vertices;
 }
 
 }  // namespace dynmesh

@@ -8,9 +8,10 @@
 #include <vector>
 
 #include "base/geometry.hpp"
+#include "base/lender.hpp"
 #include "base/workers.hpp"
+#include "mesh/clusters.hpp"
 #include "shape/detail_operator.hpp"
-#include "shape/rotations.hpp"
 #include "shape/shape_system.hpp"
 
 namespace dynmesh {
@@ -68,29 +69,12 @@ struct ResidualField {
 /// without this check b would be a quotient of rounding errors.
 Blend global_blend(const ResidualField& residuals, double mean_edge);
 
-/// Computes the blend of each cluster from the residuals in it and in those beside it, regularised
-/// towards the global blend, and interpolates it to the vertices as the rotations are.
-class LocalBlend {
- public:
-  /// `clusters` and `workers` must outlive this object. Allocates memory only in the constructor.
-  LocalBlend(const Clusters& clusters, Workers& workers);
-
-  /// Returns b_i, (k,), within its bounds. It is the global b if r1 is 0 around the vertex or does
-  /// not tell the global one.
-  std::span<const double> find(const ResidualField& residuals, const Blend& global);
-
- private:
-  /// The least-squares fit of b given c: -r1 . (r0 + c r2), and |r1|^2.
-  struct Fit {
-    double h = 0;
-    double q = 0;
-  };
-
-  const Clusters& clusters_;
-  Workers& workers_;
-  std::vector<Fit> fits_, around_;  // of the clusters, and of these with those beside them
-  std::vector<double> of_clusters_;
-  std::vector<double> blend_;
-};
+/// Finds the blend of each cluster from the residuals in it and in those beside it, regularised
+/// towards the global blend, and interpolates it to the vertices as the rotations are: b_i, (k,),
+/// within its bounds. It is the global b if r1 is 0 around the vertex or does not tell the global
+/// one. Takes five arrays.
+Lent<std::vector<double>> local_blend(const ResidualField& residuals, const Blend& global,
+                                      const Clusters& clusters,
+                                      Lender<std::vector<double>>& numbers, Workers& workers);
 
 }  // namespace dynmesh

@@ -9,8 +9,9 @@
 
 namespace dynmesh {
 
-ClusterPairs::ClusterPairs(const Clusters& clusters, Field first_frame)
+ClusterGraph::ClusterGraph(const Clusters& clusters, Field first_frame)
     : beside_(clusters.neighbours),
+      pairs_({}, 1),
       steps_(clusters.size()),
       region_(clusters.size()),
       distances_(clusters.size()),
@@ -22,21 +23,23 @@ ClusterPairs::ClusterPairs(const Clusters& clusters, Field first_frame)
       lengths_.push_back(std::sqrt(squared_norm(first_frame[clusters.centres[d]] - centre)));
     }
   }
-  pairs_.reserve(lengths_.size() / 2);
+  pairs_.lend().pairs.reserve(lengths_.size() / 2);
 }
 
-std::span<const ClusterPair> ClusterPairs::find(std::span<const std::uint8_t> has_anchors) {
+Lent<ClusterPairs> ClusterGraph::pairs(std::span<const std::uint8_t> has_anchors) {
   find_regions(has_anchors);
   std::ranges::fill(pair_of_, std::size_t{0});
-  pairs_.clear();
+  Lent<ClusterPairs> found = pairs_.lend();
+  found.pairs.clear();
   for (Index c = 0; c < static_cast<Index>(region_.size()); ++c) {
-    if (has_anchors[c] != 0) pair_with_others(c);
+    if (has_anchors[c] != 0) pair_with_others(c, found.pairs);
   }
-  return pairs_;
+  found.farthest = steps_.last();
+  return found;
 }
 
 /// Gives each cluster the region of one of its neighbours that is a step nearer.
-void ClusterPairs::find_regions(std::span<const std::uint8_t> has_anchors) {
+void ClusterGraph::find_regions(std::span<const std::uint8_t> has_anchors) {
   steps_.classify(beside_, has_anchors);
   const auto steps = steps_.of_vertices();
   for (Index c = 0; c < static_cast<Index>(region_.size()); ++c) {
@@ -58,8 +61,8 @@ void ClusterPairs::find_regions(std::span<const std::uint8_t> has_anchors) {
 }
 
 /// Pairs a region with those of higher numbers that it touches.
-void ClusterPairs::pair_with_others(Index region) {
-  const std::size_t first_pair = pairs_.size();
+void ClusterGraph::pair_with_others(Index region, std::vector<ClusterPair>& pairs) {
+  const std::size_t first_pair = pairs.size();
   for (Index c = region; c != none; c = next_[c]) {
     for (Index e = beside_.offsets[c]; e < beside_.offsets[c + 1]; ++e) {
       const Index d = beside_.neighbours[e];
@@ -68,10 +71,10 @@ void ClusterPairs::pair_with_others(Index region) {
       const double path = distances_[c] + lengths_[e] + distances_[d];
       std::size_t& pair = pair_of_[other];
       if (pair > first_pair) {
-        pairs_[pair - 1].path = std::min(pairs_[pair - 1].path, path);
+        pairs[pair - 1].path = std::min(pairs[pair - 1].path, path);
       } else {
-        pairs_.push_back({region, other, path});
-        pair = pairs_.size();
+        pairs.push_back({region, other, path});
+        pair = pairs.size();
       }
     }
   }

@@ -34,24 +34,17 @@ Detail::Detail(const ShapeModel& model, const Modes& modes, const Settings& sett
       workers_(workers),
       system_(model.k, model.plan, workers),
       rotations_(model.surroundings, workers),
-      increments_(model, noise_.value_or(0), leaders, workers),
-      local_blend_(model.clusters(), workers),
+      anchor_rotations_(model, noise_.value_or(0), leaders, workers),
       fit_(settings.learn ? ShapeFit::Of::change : ShapeFit::Of::rest, model.topology.cells,
            workers, training_constants.largest_kept, modes),
       error_bars_(model.topology.cells, workers, settings.uncertainty,
                   noise_.has_value() ? AnchorNoise::by_weight : AnchorNoise::exact),
       first_order_(model, workers),
       growth_(model),
-      still_(model.topology.report.components),
-      anchors_(model.size(), noise_.has_value()),
-      last_(model.size()),
-      x_(model.size()),
-      kx_(model.size()),
-      shape_(model.size()),
-      move_(model.size()),
-      turned_(model.size()),
-      steps_(model.size()),
-      k_steps_(model.size()) {}
+      anchors_(Anchors(model.size(), noise_.has_value()), 1),
+      fields_(std::vector<Vector3>(model.size()), 5),
+      steps_(Steps(model.size()), 1),
+      numbers_(std::vector<double>(model.size()), 5) {}
 
 void Detail::begin(Memory& memory) const {
   memory.q.assign(model_.size(), {1, 0, 0, 0});
@@ -65,119 +58,122 @@ void Detail::begin(Memory& memory) const {
   if (error_bars_.exist() && n_components > 1) memory.errors.turns.resize(n_components);
 }
 
-std::size_t Detail::estimate(const Memory& memory, Memory& next, StageReport& report) {
-  const Generations& generations = next.generations;
-  anchors_.set_frame(memory.last, next.last, generations, memory.completion.lambda);
-  growth_.find(memory, anchors_.observed, next);
-  if (anchors_.any_solved()) {
-    const Stopwatch stopwatch(report.factor_seconds);
-    system_.factorize(anchors_);
-  }
+Lent<ClusterRotations> Detail::complete(const Memory& memory, Memory& next, FrameReport& report) {
+  StageReport& stages = report.stages;
   next.completion.lambda = memory.completion.lambda;
-  next.fit = memory.fit;
   next.completion.gains = memory.completion.gains;
   ++next.completion.gains.frame;
-  // What no edge connects to an anchor turns with the increments, even if nothing is solved for.
-  const bool any_disconnected = generations.disconnected_vertices() > 0;
-  const bool are_turned = anchors_.any_solved() || (anchors_.number > 0 && any_disconnected);
-  if (are_turned) {
-    const Stopwatch stopwatch(report.rotation_seconds);
-    rotations_.turn_further(
-        increments_.find(memory.last, anchors_.observed, generations, memory.departures), memory.q,
-        next.q);
-  } else {
+  next.fit = memory.fit;
+
+  Lent<Anchors> anchors = anchors_.lend();
+  anchors.set_frame(memory.last, next.last, next.generations, memory.completion.lambda);
+  growth_.find(memory, anchors.observed, next);
+  if (anchors.any_solved()) {
+    const Stopwatch stopwatch(stages.factor_seconds);
+    system_.factorize(anchors);  // N
+  }
+  Lent<ClusterRotations> rotations = turn(memory, anchors, next, stages);
+  if (anchors.any_solved()) {
+    report.iterations = solve(memory, anchors, rotations.farthest, next, report);
+  } else if (error_bars_.exist()) {
+    error_bars_.pass(next.generations, model_.clusters(), memory.errors, next.errors);
+  }
+  if (!memory.errors.turns.empty()) {
+    add_turn_errors(anchor_rotations_.turns(rotations, memory.departures), model_.topology,
+                    next.generations, next.last, memory.errors, next.errors);
+  }
+  return rotations;
+}
+
+/// "Rotations before positions", (9) to (11): Q_i = D_i Q'_i. What no edge connects to an anchor
+/// turns as well, even if nothing is solved for.
+Lent<ClusterRotations> Detail::turn(const Memory& memory, const Anchors& anchors, Memory& next,
+                                    StageReport& report) {
+  const bool any_disconnected = next.generations.disconnected_vertices() > 0;
+  if (!anchors.any_solved() && (anchors.number == 0 || !any_disconnected)) {
     next.q = memory.q;
+    return anchor_rotations_.at_rest(anchors.number > 0);
   }
-  if (!anchors_.any_solved()) {
-    if (error_bars_.exist()) {
-      error_bars_.pass(generations, model_.clusters(), memory.errors, next.errors);
-      add_turn_errors(memory, next, are_turned);
-    }
-    return 0;
-  }
+  const Stopwatch stopwatch(report.rotation_seconds);
+  Lent<ClusterRotations> rotations =
+      anchor_rotations_.find(memory.last, anchors.observed, next.generations, memory.departures);
+  rotations_.turn_further(rotations.of_clusters, memory.q, next.q);
+  return rotations;
+}
 
-  const double of_increments = report.rotation_seconds;
-  const Stopwatch stopwatch(report.solve_seconds);  // rotations are taken off at the end
+/// "A frame" and what follows there. Returns how often Q was fitted and X found.
+std::size_t Detail::solve(const Memory& memory, Anchors& anchors, Index farthest, Memory& next,
+                          FrameReport& report) {
+  StageReport& stages = report.stages;
+  const double of_turning = stages.rotation_seconds;
+  const Stopwatch stopwatch(stages.solve_seconds);  // rotations are taken off at the end
 
-  // From here on, all positions are in the sizes of frame 0.
+  // "Growth": from here on, all positions are in the sizes of frame 0.
   const std::span<const double> sizes = next.completion.sizes;
-  const bool is_grown = any_grown(memory.completion.sizes) || any_grown(sizes);
-  const Field last = is_grown ? Field(last_) : Field(memory.last);
-  if (is_grown) {
-    for (std::size_t v = 0; v < x_.size(); ++v) {
-      last_[v] = 1 / size_of(v, memory.completion.sizes) * memory.last[v];
-      const bool is_anchor = generations.of_vertices()[v] == Generations::anchor;
-      anchors_.observed[v] = is_anchor ? 1 / size_of(v, sizes) * anchors_.observed[v] : last_[v];
-    }
+  std::optional<LentField> shrunk;
+  if (any_grown(memory.completion.sizes) || any_grown(sizes)) {
+    shrunk.emplace(in_first_sizes(memory, next, anchors));
   }
+  const Field last = shrunk ? Field(*shrunk) : Field(memory.last);
 
-  // Step 1: Q of what is far from all anchors follows from the positions with the last shape. Modes
-  // leave so small an error that it pays everywhere.
-  std::ranges::copy(anchors_.observed, x_.begin());
-  system_.apply(x_, 1, kx_);
-  const bool is_refined = fit_.exists() || increments_.farthest() > increment_constants.near;
+  // Step 1: Q of what is far from all anchors follows from the X that minimises |K X - Q m|^2.
+  // Modes leave so small an error that it pays everywhere.
+  LentField x = copy_of(anchors.observed);
+  LentField kx = detail_of(x);
+  const bool is_refined = fit_.exists() || farthest > increment_constants.near;
   if (is_refined) {
-    turn(next.q, memory.m, shape_, workers_);
-    move_to_shape();
-    fit_rotations(x_, next, report);
-    system_.apply(x_, 1, kx_);
+    x = moved_to(turned(next.q, memory.m), x, kx, anchors);
+    fit_rotations(x, next, stages);
+    kx = detail_of(x);
   }
 
-  // Step 2: find the global b and c. With modes, a fitted shape takes the place of m_first or m.
-  const ResidualField directions = find_directions(memory, next.q);
-  double k = 0;
-  if (fit_.exists()) {
-    add_modes(directions, next);
-    k = report.prior_weight = next.fit.prior_weight;
-    report.prior_share = next.fit.prior_share;
+  // Step 2: r0, r1 and r2, with modes B a (14) in m_first or m, and the global b and c.
+  Lent<Steps> steps = steps_towards(memory, next.q, x, kx, anchors);
+  const ResidualField residuals = {
+      anchors, x, kx, steps.wanted, steps.steps, steps.k_steps, model_.rounding.mean_square(x)};
+  const Lent<AddedShape> added = fit_.find(residuals, system_, next.q, next.fit);
+  add_modes(added, steps);
+  const Blend blend = global_blend(residuals, model_.mean_edge);
+
+  // Step 3: the local b_i, and X of step 2.
+  const auto b = local_blend(residuals, blend, model_.clusters(), numbers_, workers_);
+  workers_.for_each_in_chunks(x.size(), [&](std::size_t v) {
+    x[v] = x[v] + blend.of(steps.steps[v]);
+    kx[v] = kx[v] + blend.of(steps.k_steps[v]);
+  });
+
+  // Step 4: Q of that X, and the X that minimises (12).
+  fit_rotations(x, next, stages);
+  const LentField shape = turned(next.q, shape_of(memory, added, b, blend.c));
+  x = moved_to(shape, x, kx, anchors);
+
+  // "Noise and outliers", "Standard errors".
+  if (noise_ || error_bars_.exist()) kx = detail_of(x);
+  if (noise_) {
+    next.completion.lambda = next_lambda(memory.completion.lambda, sizes, x, kx, shape, anchors);
   }
-  const Blend blend = global_blend(directions, model_.mean_edge);
-
-  // Step 3: find the local b_i.
-  const std::span<const double> b = local_blend_.find(directions, blend);
-  workers_.for_each_in_chunks(x_.size(), [&](std::size_t v) {
-    x_[v] = x_[v] + blend.of(directions.steps[v]);
-    kx_[v] = kx_[v] + blend.of(directions.k_steps[v]);
-  });
-
-  // Step 4: fit rotations and solve again.
-  fit_rotations(x_, next, report);
-  workers_.for_each_in_chunks(x_.size(), [&](std::size_t v) {
-    ShapeTerms shape = terms(memory, v);
-    if (k > 0) fit_.add(k * fit_.added().shape[v], shape);
-    shape_[v] = Blend{b[v], blend.c}.of(shape);
-  });
-  turn(next.q, shape_, shape_, workers_);
-  move_to_shape();
-
-  if (noise_ || error_bars_.exist()) system_.apply(x_, 1, kx_);
-  if (noise_) next.completion.lambda = next_lambda(memory.completion.lambda, sizes);
   if (error_bars_.exist()) {
-    error_bars_.update({x_, kx_, shape_, directions.rounding}, anchors_, generations, system_,
+    error_bars_.update({x, kx, shape, residuals.rounding}, anchors, next.generations, system_,
                        model_.clusters(), memory.errors, next.errors);
   }
 
-  // Step 5: move the satellites by a share of the first-order step.
-  report.first_order_share = first_order_.improve({last, x_, shape_, anchors_.observed},
-                                                  generations, next.completion.gains);
-  for (std::size_t v = 0; v < x_.size(); ++v) {
-    if (anchors_.is_solved[v] != 0) next.last[v] = size_of(v, sizes) * x_[v];
+  // "The first-order step": X + s (Y - X), with Y of (13).
+  const auto first_order = first_order_.improve({last, x, shape, anchors.observed},
+                                                next.generations, next.completion.gains);
+  for (std::size_t v = 0; v < x.size(); ++v) {
+    if (anchors.is_solved[v] != 0) {
+      const Vector3 moved = first_order.share > 0 ? x[v] + first_order.move[v] : x[v];
+      next.last[v] = size_of(v, sizes) * moved;
+    }
     if (error_bars_.exist()) next.errors.standard_errors[v] *= size_of(v, sizes);
   }
-  if (error_bars_.exist()) add_turn_errors(memory, next, are_turned);
-  report.blend = blend.b;
-  report.solve_seconds -= report.rotation_seconds - of_increments;
-  return is_refined ? 2 : 1;
-}
 
-void Detail::add_turn_errors(const Memory& memory, Memory& next, bool are_turned) {
-  if (memory.errors.turns.empty()) return;
-  Turn still;  // everything is known, or nothing
-  still.axes = anchors_.number > 0 ? 3 : 0;
-  std::ranges::fill(still_, still);
-  dynmesh::add_turn_errors(are_turned ? increments_.turns(memory.departures) : still_,
-                           model_.topology, next.generations, next.last, memory.errors,
-                           next.errors);
+  stages.prior_weight = added.weight;
+  if (fit_.exists()) stages.prior_share = next.fit.prior_share;
+  stages.first_order_share = first_order.share;
+  stages.blend = blend.b;
+  stages.solve_seconds -= stages.rotation_seconds - of_turning;
+  return is_refined ? 2 : 1;
 }
 
 void Detail::fit_rotations(Field positions, Memory& next, StageReport& report) {
@@ -185,57 +181,104 @@ void Detail::fit_rotations(Field positions, Memory& next, StageReport& report) {
   rotations_.fit(positions, next.q);
 }
 
-/// Computes the steps towards Q m, those that a unit of b and of c add, and the residuals they
-/// leave.
-ResidualField Detail::find_directions(const Memory& memory, std::span<const Quaternion> q) {
-  const std::span<Vector3> turned = side_by_side(std::span(turned_));
+/// The frame before, and in place the observed positions, in the sizes of frame 0.
+LentField Detail::in_first_sizes(const Memory& memory, const Memory& next, Anchors& anchors) {
+  const auto generation = next.generations.of_vertices();
+  LentField last = fields_.lend();
+  for (std::size_t v = 0; v < last.size(); ++v) {
+    last[v] = 1 / size_of(v, memory.completion.sizes) * memory.last[v];
+    anchors.observed[v] = generation[v] == Generations::anchor
+                              ? 1 / size_of(v, next.completion.sizes) * anchors.observed[v]
+                              : last[v];
+  }
+  return last;
+}
+
+LentField Detail::copy_of(Field field) {
+  LentField copy = fields_.lend();
+  std::ranges::copy(field, copy.begin());
+  return copy;
+}
+
+/// K X
+LentField Detail::detail_of(Field positions) {
+  LentField detail = fields_.lend();
+  system_.apply(positions, 1, detail);
+  return detail;
+}
+
+/// Q m
+LentField Detail::turned(std::span<const Quaternion> q, Field shape) {
+  LentField result = fields_.lend();
+  dynmesh::turn(q, shape, result, workers_);
+  return result;
+}
+
+/// The positions whose detail is closest to a turned shape: N dX = K^T (shape - K X).
+LentField Detail::moved_to(Field shape, Field x, Field kx, const Anchors& anchors) {
+  const auto residual = [&](std::size_t v, std::size_t) { return shape[v] - kx[v]; };
+  LentField moved = fields_.lend();
+  system_.solve<1>(residual, x, anchors, moved);
+  workers_.for_each_in_chunks(x.size(), [&](std::size_t v) { moved[v] = x[v] + moved[v]; });
+  return moved;
+}
+
+/// The best steps towards Q m, and those that a unit of b and of c add.
+auto Detail::steps_towards(const Memory& memory, std::span<const Quaternion> q, Field x, Field kx,
+                           const Anchors& anchors) -> Lent<Steps> {
+  Lent<Steps> found = steps_.lend();
+  const auto turned = side_by_side(std::span(found.wanted));
   // So few at once that they stay in the first-level cache.
   constexpr Index together = 128;
   workers_.for_each_short_chunk(static_cast<Index>(q.size()), [&](Index begin, Index end) {
     for (Index first = begin; first < end; first += together) {
       const Index last = std::min(first + together, end);
-      for (Index v = first; v < last; ++v) turned_[v] = terms(memory, at(v));
+      for (Index v = first; v < last; ++v) found.wanted[v] = terms(memory, at(v));
       best_kernels().rotations.turn(q.data(), false, turned.data(), 3, turned.data(), first, last);
     }
   });
-  system_.solve_terms(turned_, x_, kx_, anchors_, steps_);
-  system_.apply(steps_, k_steps_);
-  return {anchors_, x_, kx_, turned_, steps_, k_steps_, model_.rounding.mean_square(x_)};
+  system_.solve_terms(found.wanted, x, kx, anchors, found.steps);
+  system_.apply(found.steps, found.k_steps);
+  return found;
 }
 
-/// Adds what modes explain of the anchors to the directions.
-void Detail::add_modes(const ResidualField& directions, Memory& next) {
-  fit_.find(directions, system_, next.q, next.fit);
-  const double k = next.fit.prior_weight;
+/// Adds what modes explain of the anchors.
+void Detail::add_modes(const AddedShape& added, Steps& to) const {
+  const double k = added.weight;
   if (k == 0) return;
-  const AddedShape& added = fit_.added();
-  for (std::size_t v = 0; v < steps_.size(); ++v) {
-    fit_.add(k * added.wanted[v], turned_[v]);
-    fit_.add(k * added.steps[v], steps_[v]);
-    fit_.add(k * added.k_steps[v], k_steps_[v]);
+  for (std::size_t v = 0; v < to.steps.size(); ++v) {
+    fit_.add(k * added.wanted[v], to.wanted[v]);
+    fit_.add(k * added.steps[v], to.steps[v]);
+    fit_.add(k * added.k_steps[v], to.k_steps[v]);
   }
 }
 
-/// Moves the positions to those whose detail is closest to the turned shape. K X is known.
-void Detail::move_to_shape() {
-  const auto residual = [&](std::size_t v, std::size_t) { return shape_[v] - kx_[v]; };
-  system_.solve<1>(residual, x_, anchors_, move_);
-  workers_.for_each_in_chunks(x_.size(), [&](std::size_t v) { x_[v] = x_[v] + move_[v]; });
+/// m_i + b_i (m_first - m_i) + c u_i, with what modes add.
+LentField Detail::shape_of(const Memory& memory, const AddedShape& added, std::span<const double> b,
+                           double c) {
+  LentField shape = fields_.lend();
+  workers_.for_each_in_chunks(shape.size(), [&](std::size_t v) {
+    ShapeTerms of = terms(memory, v);
+    if (added.weight > 0) fit_.add(added.weight * added.shape[v], of);
+    shape[v] = Blend{b[v], c}.of(of);
+  });
+  return shape;
 }
 
 /// Computes lambda for the next frame from the error of the shape per coordinate, sigma_L^2 = (E +
 /// lambda |q|^2) / (3 anchors), where E is the energy and q the displacement of the anchors from
 /// their observed positions.
-double Detail::next_lambda(double lambda, std::span<const double> sizes) const {
+double Detail::next_lambda(double lambda, std::span<const double> sizes, Field x, Field kx,
+                           Field shape, const Anchors& anchors) const {
   double energy = 0;
-  for (std::size_t v = 0; v < shape_.size(); ++v) {
+  for (std::size_t v = 0; v < shape.size(); ++v) {
     energy += std::pow(size_of(v, sizes), 2) *
-              (anchors_.counts[v] * squared_norm(kx_[v] - shape_[v]) +
-               anchors_.weights[v] * squared_norm(x_[v] - anchors_.observed[v]));
+              (anchors.counts[v] * squared_norm(kx[v] - shape[v]) +
+               anchors.weights[v] * squared_norm(x[v] - anchors.observed[v]));
   }
   if (!std::isfinite(energy)) return lambda;
   // The square of a small noise would be 0. Any noise that is small enough has the largest lambda.
-  const double found = energy / (3 * static_cast<double>(anchors_.number)) / *noise_ / *noise_;
+  const double found = energy / (3 * static_cast<double>(anchors.number)) / *noise_ / *noise_;
   const double range = detail_constants.range_of_lambda;
   return (lambda + std::clamp(found, detail_constants.first_lambda / range,
                               detail_constants.first_lambda * range)) /
@@ -245,13 +288,10 @@ double Detail::next_lambda(double lambda, std::span<const double> sizes) const {
 void Detail::remember(const Memory& memory, Memory& next, StageReport& report) {
   fit_rotations(next.last, next, report);
   const Stopwatch stopwatch(report.rotation_seconds);
-  system_.apply(next.last, 1, kx_);
-  turn_back(next.q, kx_, next.m, workers_);
+  turn_back(next.q, detail_of(next.last), next.m, workers_);
   const std::span<const double> sizes = next.completion.sizes;
   if (any_grown(sizes)) {
-    for (std::size_t v = 0; v < kx_.size(); ++v) {
-      next.m[v] = 1 / size_of(v, sizes) * next.m[v];
-    }
+    for (std::size_t v = 0; v < next.m.size(); ++v) next.m[v] = 1 / size_of(v, sizes) * next.m[v];
   }
   workers_.for_each_in_chunks(next.m.size(), [&](std::size_t v) {
     const auto newest = next.m[v] - memory.m[v];

@@ -1,5 +1,5 @@
 /// Method detail: completion that preserves the shape of frame 0, rotated with the motion.
-/// `estimate` follows the steps described in docs/method.md.
+/// `complete` follows docs/method.md, "Detail: completion that preserves the shape".
 #pragma once
 
 #include <cstddef>
@@ -10,13 +10,14 @@
 #include <span>
 #include <vector>
 
+#include "base/lender.hpp"
 #include "base/workers.hpp"
 #include "shape/blend.hpp"
+#include "shape/cluster_rotations.hpp"
 #include "shape/detail_operator.hpp"
 #include "shape/error_bars.hpp"
 #include "shape/first_order.hpp"
 #include "shape/growth.hpp"
-#include "shape/increments.hpp"
 #include "shape/memory.hpp"
 #include "shape/model.hpp"
 #include "shape/rotations.hpp"
@@ -37,9 +38,9 @@ namespace dynmesh {
 /// Surfaces that keep the lengths of their edges rather than their detail take a share of a
 /// first-order step.
 ///
-/// This finds frames and holds no results of theirs: those are in the memory of the next frame,
-/// which a frame writes and the next one reads. Allocates memory in the constructor, and in
-/// `estimate` if the factor is larger than all earlier ones.
+/// This finds frames and holds no results of theirs: each step returns what it makes, and what
+/// later frames depend on is in the memory of the next frame. Allocates memory in the constructor,
+/// and in `complete` if the factor is larger than all earlier ones.
 class Detail {
  public:
   /// `model`, `modes`, `leaders` and `workers` must outlive this object. `modes` are those of the
@@ -50,54 +51,64 @@ class Detail {
   /// What is remembered of frame 0.
   void begin(Memory& memory) const;
 
-  /// Estimates the satellites of the frame `next.last` from its anchors and from the memory of the
+  /// Completes the satellites of the frame `next.last` from its anchors and from the memory of the
   /// frame before. `next.generations` are those of the frame. Disconnected vertices are not
-  /// changed, and neither are anchors, unless they are noisy. Returns the number of iterations.
+  /// changed, and neither are anchors, unless they are noisy. Returns how the surface has turned.
   /// Throws std::bad_alloc if memory is exhausted.
-  std::size_t estimate(const Memory& memory, Memory& next, StageReport& report);
+  Lent<ClusterRotations> complete(const Memory& memory, Memory& next, FrameReport& report);
 
   /// Completes the next memory by what the frame `next.last` shows when all of it is completed.
   void remember(const Memory& memory, Memory& next, StageReport& report);
 
-  /// (components,) how each component has turned in the last `estimate`, as unit quaternions.
-  [[nodiscard]] std::span<const Quaternion> rotations_of_components() const {
-    return increments_.of_components();
-  }
-
  private:
+  /// What brings X, the shape that it is to have, closest to the three terms of the shape.
+  struct Steps {
+    explicit Steps(std::size_t k) : wanted(k), steps(k), k_steps(k) {}
+
+    std::vector<ShapeTerms> wanted;   // Q m, Q (m_first - m) and Q u
+    std::vector<ShapeTerms> steps;    // towards these
+    std::vector<ShapeTerms> k_steps;  // K times the steps
+  };
+
+  Lent<ClusterRotations> turn(const Memory& memory, const Anchors& anchors, Memory& next,
+                              StageReport& report);
+  std::size_t solve(const Memory& memory, Anchors& anchors, Index farthest, Memory& next,
+                    FrameReport& report);
   void fit_rotations(Field positions, Memory& next, StageReport& report);
-  ResidualField find_directions(const Memory& memory, std::span<const Quaternion> q);
-  void add_modes(const ResidualField& directions, Memory& next);
+  LentField in_first_sizes(const Memory& memory, const Memory& next, Anchors& anchors);
+  LentField copy_of(Field field);
+  LentField detail_of(Field positions);
+  LentField turned(std::span<const Quaternion> q, Field shape);
+  LentField moved_to(Field shape, Field x, Field kx, const Anchors& anchors);
+  Lent<Steps> steps_towards(const Memory& memory, std::span<const Quaternion> q, Field x, Field kx,
+                            const Anchors& anchors);
+  void add_modes(const AddedShape& added, Steps& to) const;
+  LentField shape_of(const Memory& memory, const AddedShape& added, std::span<const double> b,
+                     double c);
   [[nodiscard]] ShapeTerms terms(const Memory& memory, std::size_t v) const {
     return {memory.m[v], model_.first_shape[v] - memory.m[v], memory.completion.u[v]};
   }
   [[nodiscard]] double size_of(std::size_t v, std::span<const double> sizes) const {
     return sizes[at(model_.topology.component[v])];
   }
-  void move_to_shape();
-  void add_turn_errors(const Memory& memory, Memory& next, bool are_turned);
-  [[nodiscard]] double next_lambda(double lambda, std::span<const double> sizes) const;
+  [[nodiscard]] double next_lambda(double lambda, std::span<const double> sizes, Field x, Field kx,
+                                   Field shape, const Anchors& anchors) const;
 
   const ShapeModel& model_;
   std::optional<double> noise_;
   Workers& workers_;
   ShapeSystem system_;
   Rotations rotations_;
-  Increments increments_;
-  LocalBlend local_blend_;
+  AnchorRotations anchor_rotations_;
   ShapeFit fit_;
   ErrorBars error_bars_;
   FirstOrder first_order_;
   Growth growth_;
 
-  std::vector<Turn> still_;  // (components,)
-  // Of one frame, (k,) each:
-  Anchors anchors_;
-  std::vector<Vector3> last_;    // the frame before, in the sizes of frame 0
-  std::vector<Vector3> x_, kx_;  // X and K X
-  std::vector<Vector3> shape_;   // the shape that K X is to have
-  std::vector<Vector3> move_;    // towards that shape
-  std::vector<ShapeTerms> turned_, steps_, k_steps_;
+  Lender<Anchors> anchors_;
+  FieldLender fields_;
+  Lender<Steps> steps_;
+  Lender<std::vector<double>> numbers_;
 };
 
 }  // namespace dynmesh

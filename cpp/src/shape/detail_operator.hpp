@@ -1,5 +1,5 @@
-/// The operator that extracts the detail of a frame, K = M^-1/2 C, which is built once from frame
-/// 0, and the fields to which it is applied.
+/// The operator that extracts the detail of a frame, K = M^-1/2 C (docs/method.md, 7), which is
+/// built once from frame 0, and the fields to which it is applied.
 #pragma once
 
 #include <cstddef>
@@ -25,7 +25,7 @@ struct ShapeTerms {
 };
 static_assert(sizeof(ShapeTerms) == 3 * sizeof(Vector3));
 
-/// The same memory as fields that are stored side by side: (3 k,).
+/// The memory of three terms as fields that are stored side by side: (3 k,).
 inline Field side_by_side(std::span<const ShapeTerms> terms) {
   return {reinterpret_cast<const Vector3*>(terms.data()), 3 * terms.size()};
 }
@@ -99,7 +99,7 @@ class Rounding {
     square /= static_cast<double>(frame.size());
     return solution_ * solution_ + epsilon_ * epsilon_ * square;
   }
-  /// The same of its detail vectors.
+  /// The mean square of the rounding errors of the detail vectors of a frame.
   [[nodiscard]] double mean_square(Field frame) const {
     return mean_squared_row_ * mean_square_of_positions(frame);
   }

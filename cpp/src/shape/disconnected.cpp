@@ -24,51 +24,52 @@ Disconnected::Disconnected(const Topology& topology, DisconnectedRule rule, Lead
       leaders_(leaders),
       fewest_anchors_(fewest_anchors),
       members_(topology.report.components),
-      anchors_(members_.size()),
-      is_complete_(members_.size()),
-      may_lead_(members_.size()) {
+      seen_(Seen(members_.size()), 1) {
   for (std::size_t v = 0; v < topology.component.size(); ++v) {
     members_[at(topology.component[v])].push_back(static_cast<Index>(v));
   }
-  all_anchors_.reserve(topology.component.size());
+  seen_.lend().anchors.reserve(topology.component.size());
 }
 
-void Disconnected::count_anchors(const Generations& generations) {
+auto Disconnected::seen_in(const Generations& generations) -> Lent<Seen> {
   const auto generation = generations.of_vertices();
-  std::ranges::fill(anchors_, 0);
-  all_anchors_.clear();
+  Lent<Seen> seen = seen_.lend();
+  seen.anchors.clear();
+  for (std::size_t i = 0; i < members_.size(); ++i) {
+    const auto is_anchor = [&](Index v) { return generation[v] == Generations::anchor; };
+    const auto number = std::ranges::count_if(members_[i], is_anchor);
+    seen.has_anchors[i] = number > 0 ? 1 : 0;
+    seen.may_lead[i] = number >= fewest_anchors_ ? 1 : 0;
+  }
   for (std::size_t v = 0; v < generation.size(); ++v) {
-    if (generation[v] != Generations::anchor) continue;
-    ++anchors_[at(topology_.component[v])];
-    all_anchors_.push_back(static_cast<Index>(v));
+    if (generation[v] == Generations::anchor) seen.anchors.push_back(static_cast<Index>(v));
   }
-  for (std::size_t i = 0; i < anchors_.size(); ++i) {
-    is_complete_[i] = anchors_[i] > 0 ? 1 : 0;
-    may_lead_[i] = anchors_[i] >= fewest_anchors_ ? 1 : 0;
-  }
+  return seen;
 }
 
 void Disconnected::complete(const Memory& memory, Memory& next,
                             std::span<const Quaternion> rotations) {
   if (next.generations.disconnected_vertices() == 0) return;
-  count_anchors(next.generations);
+  Lent<Seen> seen = seen_in(next.generations);
+  auto& is_complete = seen.has_anchors;
   const auto move = [&](std::size_t component, const RigidMotion& motion) {
     for (const Index v : members_[component]) next.last[v] = motion.apply(memory.last[v]);
-    is_complete_[component] = 1;
+    is_complete[component] = 1;
   };
-  const bool stays = rule_ == DisconnectedRule::hold || all_anchors_.empty();
+  const bool stays = rule_ == DisconnectedRule::hold || seen.anchors.empty();
   if (!stays) {
-    for (const Leaders::Lead& lead : leaders_.find(may_lead_, memory.departures, memory.last)) {
-      if (is_complete_[at(lead.follower)] != 0) continue;
-      leaders_.agree(lead, next.last);
-      move(at(lead.follower), motion_of(lead, memory.last, next.last, rotations));
+    Lent<Leaders::Leads> leads = leaders_.find(seen.may_lead, memory.departures, memory.last);
+    for (const Leaders::Lead& lead : leads.leads) {
+      if (is_complete[at(lead.follower)] != 0) continue;
+      leaders_.agree(lead, next.last, leads);
+      move(at(lead.follower), motion_of(lead, leads, memory.last, next.last, rotations));
     }
   }
-  if (std::ranges::all_of(is_complete_, [](auto is) { return is != 0; })) return;
+  if (std::ranges::all_of(is_complete, [](auto is) { return is != 0; })) return;
   const RigidMotion of_all =
-      stays ? RigidMotion{} : fit_rigid_motion(all_anchors_, memory.last, next.last);
+      stays ? RigidMotion{} : fit_rigid_motion(seen.anchors, memory.last, next.last);
   for (std::size_t i = 0; i < members_.size(); ++i) {
-    if (is_complete_[i] != 0) continue;
+    if (is_complete[i] != 0) continue;
     if (stays) {
       for (const Index v : members_[i]) next.last[v] = memory.last[v];
     } else {
@@ -77,10 +78,11 @@ void Disconnected::complete(const Memory& memory, Memory& next,
   }
 }
 
-RigidMotion Disconnected::motion_of(const Leaders::Lead& lead, Field previous, Field points,
+RigidMotion Disconnected::motion_of(const Leaders::Lead& lead, const Leaders::Leads& leads,
+                                    Field previous, Field points,
                                     std::span<const Quaternion> rotations) const {
   Moments moments;
-  leaders_.for_each_place_around(lead, [&](Index v, double weight) {
+  leaders_.for_each_place_around(lead, leads, [&](Index v, double weight) {
     moments.add({weight, to_eigen(previous[v]), to_eigen(points[v]), {}});
   });
   RigidMotion motion = fit_rigid_motion(moments);
@@ -104,8 +106,8 @@ RigidMotion Disconnected::motion_of(const Leaders::Lead& lead, Field previous, F
 
 void Disconnected::remember(const Memory& memory, Memory& next) {
   if (memory.departures.empty()) return;
-  count_anchors(next.generations);
-  leaders_.learn(next.last, is_complete_, memory.departures, next.departures);
+  leaders_.learn(next.last, seen_in(next.generations).has_anchors, memory.departures,
+                 next.departures);
 }
 
 }  // namespace dynmesh

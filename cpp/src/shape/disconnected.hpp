@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "base/lender.hpp"
 #include "base/rigid_motion.hpp"
 #include "frame/generations.hpp"
 #include "kernels/rotation_kernels.hpp"
@@ -43,8 +44,17 @@ class Disconnected {
   void remember(const Memory& memory, Memory& next);
 
  private:
-  void count_anchors(const Generations& generations);
-  [[nodiscard]] RigidMotion motion_of(const Leaders::Lead& lead, Field previous, Field points,
+  /// The anchors of a frame, by components.
+  struct Seen {
+    explicit Seen(std::size_t n_components) : has_anchors(n_components), may_lead(n_components) {}
+
+    std::vector<std::uint8_t> has_anchors, may_lead;  // (components,)
+    std::vector<Index> anchors;                       // of all components
+  };
+
+  Lent<Seen> seen_in(const Generations& generations);
+  [[nodiscard]] RigidMotion motion_of(const Leaders::Lead& lead, const Leaders::Leads& leads,
+                                      Field previous, Field points,
                                       std::span<const Quaternion> rotations) const;
 
   const Topology& topology_;
@@ -52,10 +62,7 @@ class Disconnected {
   Leaders& leaders_;
   Index fewest_anchors_;
   std::vector<std::vector<Index>> members_;  // of the components
-  // Of one frame:
-  std::vector<Index> anchors_;  // (components,) their number
-  std::vector<std::uint8_t> is_complete_, may_lead_;
-  std::vector<Index> all_anchors_;
+  Lender<Seen> seen_;
 };
 
 }  // namespace dynmesh

@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "base/lender.hpp"
 #include "base/workers.hpp"
 #include "frame/generations.hpp"
 #include "shape/detail_operator.hpp"
@@ -42,7 +43,7 @@ class ErrorBars {
   /// `cells` and `workers` must outlive this object.
   ErrorBars(const Cells& cells, Workers& workers, bool are_wanted, AnchorNoise noise);
 
-  [[nodiscard]] bool exist() const { return !targets_.empty(); }
+  [[nodiscard]] bool exist() const { return size_ > 0; }
   /// The memory of frame 0.
   [[nodiscard]] ErrorMemory no_errors() const;
 
@@ -51,7 +52,7 @@ class ErrorBars {
               ShapeSystem& system, const Clusters& clusters, const ErrorMemory& memory,
               ErrorMemory& next);
 
-  /// The same for a frame of which nothing was solved for: everything is known or disconnected.
+  /// Finds the errors of a frame of which nothing was solved for: all is known or disconnected.
   void pass(const Generations& generations, const Clusters& clusters, const ErrorMemory& memory,
             ErrorMemory& next);
 
@@ -65,24 +66,45 @@ class ErrorBars {
   /// Members are numbers around 1 that grow slowly; only an invented state has larger ones.
   static constexpr double largest_member = 1e50;
   using Members = std::vector<Vector3>;  // (3 k,), those of a vertex side by side
+  /// What is made up for a frame.
+  struct Changes {
+    explicit Changes(std::size_t k) : targets(members * k), sizes(k) {}
 
-  void draw_changes(const Clusters& clusters, const ErrorMemory& memory, ErrorMemory& next);
-  void set_noise(const Anchors& anchors, const ErrorMemory& memory, ErrorMemory& next);
-  Energy compare(const CompletedShape& frame, Field steps, Field k_steps, const Anchors& anchors);
-  void learn_sizes(const ErrorMemory& memory, ErrorMemory& next);
-  void look_along_normals(Field steps, double scale, const Anchors& anchors, ErrorMemory& next);
-  void find_sizes(std::span<const Energy> energies);
-  void end_frame(Field steps, double scale, const Generations& generations, ErrorMemory& next);
+    Members targets;            // T, the errors of the shape that the frame is to have
+    std::vector<double> sizes;  // (k,) of the changes, which follow from the energies
+  };
+  /// (k,) of the residuals of a frame, of the shape and of noise.
+  struct Energies {
+    explicit Energies(std::size_t k) : of_shape(k), of_noise(k) {}
+
+    std::vector<Energy> of_shape, of_noise;
+  };
+
+  Lent<Changes> draw_changes(const Clusters& clusters, const ErrorMemory& memory,
+                             ErrorMemory& next);
+  Lent<Members> noise_of(const Anchors& anchors, Field targets, const ErrorMemory& memory,
+                         ErrorMemory& next);
+  bool carry_on(const CompletedShape& frame, const Anchors& anchors, const Generations& generations,
+                ShapeSystem& system, const Clusters& clusters, const ErrorMemory& memory,
+                ErrorMemory& next);
+  Lent<Energies> compare(const CompletedShape& frame, const Anchors& anchors, Field targets,
+                         Field noise, Field steps, Field k_steps);
+  void learn_sizes(std::span<const double> sizes, Energies& newest, const ErrorMemory& memory,
+                   ErrorMemory& next);
+  void look_along_normals(Field steps, double scale, const Anchors& anchors, Energies& seen,
+                          ErrorMemory& next);
+  void find_sizes(std::span<const Energy> energies, std::span<double> sizes);
+  void end_frame(Field targets, Field steps, double scale, const Generations& generations,
+                 ErrorMemory& next);
 
   const Cells& cells_;
   Workers& workers_;
+  std::size_t size_;  // k, or 0 if they are not wanted
   AnchorNoise noise_kind_;
   DetailOperator smoother_;  // w -> (w + W w) / 2, W the mean of the cell
-
-  // Of one frame:
-  std::vector<double> sizes_;  // (k,) of the changes, which follow from the energies
-  Members targets_, steps_, noise_;
-  std::vector<Energy> newest_, averaged_;  // (k,); averaged_ first has the energies of the noise
+  Lender<Changes> changes_;
+  Lender<Members> members_;
+  Lender<Energies> energies_;
 };
 
 }  // namespace dynmesh

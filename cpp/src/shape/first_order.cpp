@@ -58,31 +58,58 @@ FirstOrder::FirstOrder(const ShapeModel& model, Workers& workers)
       nearby_l_(factor_.plan(), workers),
       nearby_n_(model.plan, workers),
       order_(in_order(topology_.cells, model.first_frame)),
+      fields_(std::vector<Vector3>(model.size()), 3),
+      tests_(Test(model.size()), 1),
+      improvements_(Improvement(model.size()), 1),
       drawn_(topology_.report.components),
-      is_free_(model.size()),
-      of_detail_(model.size()),
       newest_(drawn_.size()),
+      is_free_(model.size()),
       is_beside_(model.size()),
       edges_(laplacian_.c->nonZeros()),
-      solution_(model.size()),
-      step_(model.size()),
       quaternions_(model.size()),
       covariances_(model.size()) {
-  for (auto* vertices : {&left_out_, &nearby_}) vertices->reserve(model.size());
+  Lent<Test> test = tests_.lend();
+  for (auto* vertices : {&test.left_out, &test.nearby}) vertices->reserve(model.size());
   for (MaskedFactor* factor : {&factor_, &nearby_l_, &nearby_n_}) factor->reserve();
 }
 
-double FirstOrder::improve(const Frame& frame, const Generations& generations, GainMemory& memory) {
-  if (generations.reached() == 0) return 0;
-  leave_out(generations, memory.frame);
-  if (!left_out_.empty()) test(frame, memory.components);
-  return mix(frame, generations, memory.components);
+auto FirstOrder::improve(const Frame& frame, const Generations& generations, GainMemory& memory)
+    -> Lent<Improvement> {
+  Lent<Improvement> found = improvements_.lend();
+  found.share = 0;
+  if (generations.reached() == 0) return found;
+  {
+    const Lent<Test> test = leave_out(generations, memory.frame);
+    if (!test.left_out.empty()) {
+      const LentField of_detail = predict(frame, test);
+      const LentField step = find_step(nearby_l_, test.is_nearby, of_detail, frame.last);
+      learn(frame, test, of_detail, step, memory.components);
+    }
+  }
+  const auto& components = memory.components;
+  if (std::ranges::max(components, {}, &Component::share).share == 0) return found;
+  const auto share_of = [&](std::size_t v) { return components[topology_.component[v]].share; };
+  const auto generation = generations.of_vertices();
+  for (std::size_t v = 0; v < is_free_.size(); ++v) {
+    is_free_[v] = generation[v] > 0 && share_of(v) > 0 ? 1 : 0;
+  }
+  const LentField step = find_step(factor_, is_free_, frame.x, frame.last);
+  double sum = 0;
+  for (std::size_t v = 0; v < step.size(); ++v) {
+    found.move[v] = is_free_[v] != 0 ? share_of(v) * step[v] : Vector3{};
+    sum += is_free_[v] != 0 ? share_of(v) : 0;
+  }
+  found.share = sum / static_cast<double>(generations.reached());
+  return found;
 }
 
 /// Draws the anchors to leave out, at equal distances among those of a component in an order that
 /// does not depend on the numbers of the vertices, so that all frames have as many, and finds the
 /// satellites around them: those farther away hardly move.
-void FirstOrder::leave_out(const Generations& generations, std::uint64_t frame) {
+auto FirstOrder::leave_out(const Generations& generations, std::uint64_t frame) -> Lent<Test> {
+  Lent<Test> test = tests_.lend();
+  auto& nearby = test.nearby;
+  auto& is_nearby = test.is_nearby;
   const auto generation = generations.of_vertices();
   const auto drawn_of = [&](std::size_t v) -> Drawn& { return drawn_[topology_.component[v]]; };
   std::ranges::fill(drawn_, Drawn{});
@@ -97,45 +124,48 @@ void FirstOrder::leave_out(const Generations& generations, std::uint64_t frame) 
     drawn.sum = 0x1p-64 * static_cast<double>(mixed(frame));
     drawn.rings = std::ceil(first_order_constants.rings * std::sqrt(drawn.size / drawn.anchors));
   }
-  nearby_.clear();
-  std::ranges::fill(is_free_, std::uint8_t{0});
+  nearby.clear();
+  std::ranges::fill(is_nearby, std::uint8_t{0});
   const auto add = [&](std::size_t v) {
-    if (is_free_[v] == 0) nearby_.push_back(static_cast<Index>(v));
-    is_free_[v] = 1;
+    if (is_nearby[v] == 0) nearby.push_back(static_cast<Index>(v));
+    is_nearby[v] = 1;
   };
   for (const Index v : order_) {
     if (generation[v] != Generations::anchor) continue;
     Drawn& drawn = drawn_of(at(v));
     drawn.sum += drawn.share;
     if (drawn.sum >= 1) add(at(v));
-    drawn.sum -= is_free_[v];
+    drawn.sum -= is_nearby[v];
   }
-  left_out_.assign(nearby_.begin(), nearby_.end());
+  test.left_out.assign(nearby.begin(), nearby.end());
   std::size_t begin = 0;
-  for (int ring = 0; begin < nearby_.size(); ++ring) {
-    for (const std::size_t end = nearby_.size(); begin < end; ++begin) {
-      if (ring >= drawn_of(at(nearby_[begin])).rings) continue;
-      for (const Index u : topology_.cells[nearby_[begin]]) {
+  for (int ring = 0; begin < nearby.size(); ++ring) {
+    for (const std::size_t end = nearby.size(); begin < end; ++begin) {
+      if (ring >= drawn_of(at(nearby[begin])).rings) continue;
+      for (const Index u : topology_.cells[nearby[begin]]) {
         if (generation[u] > 0) add(at(u));
       }
     }
   }
+  return test;
 }
 
-/// Predicts anchors that are left out, by detail with the shape of the frame and by the first-order
-/// step from there. Without them, the energy of `frame.x` has a gradient at them alone.
-void FirstOrder::test(const Frame& frame, std::vector<Component>& components) {
-  nearby_n_.factorize(is_free_);
+/// The prediction of detail, with the shape of the frame, of anchors that are left out. Without
+/// them, the energy of `frame.x` has a gradient at them alone.
+LentField FirstOrder::predict(const Frame& frame, const Test& test) {
+  nearby_n_.factorize(test.is_nearby);
   const auto rows = nearby_n_.order();
-  std::ranges::fill(of_detail_, Vector3{});
-  for (const Index v : left_out_) of_detail_[v] = pull(at(v), frame);
-  for (std::size_t r = 0; r < rows.size(); ++r) solution_[r] = of_detail_[rows[r]];
-  nearby_n_.solve(solution_, 1);
-  std::ranges::copy(frame.x, of_detail_.begin());
+  LentField predicted = fields_.lend();
+  LentField solution = fields_.lend();
+  std::ranges::fill(predicted, Vector3{});
+  for (const Index v : test.left_out) predicted[v] = pull(at(v), frame);
+  for (std::size_t r = 0; r < rows.size(); ++r) solution[r] = predicted[rows[r]];
+  nearby_n_.solve(solution, 1);
+  std::ranges::copy(frame.x, predicted.begin());
   for (std::size_t r = 0; r < rows.size(); ++r) {
-    of_detail_[rows[r]] = of_detail_[rows[r]] + solution_[r];
+    predicted[rows[r]] = predicted[rows[r]] + solution[r];
   }
-  learn(frame, find_step(nearby_l_, of_detail_, frame.last), components);
+  return predicted;
 }
 
 /// K^T (shape - K x) at vertex v.
@@ -155,7 +185,8 @@ Vector3 FirstOrder::pull(std::size_t v, const Frame& frame) const {
 
 /// Chooses the shares by the predictions of the anchors left out. Errors are in the unit of the
 /// positions; those that can be of rounding count as 0.
-void FirstOrder::learn(const Frame& frame, Field step, std::vector<Component>& components) {
+void FirstOrder::learn(const Frame& frame, const Test& test, Field of_detail, Field step,
+                       std::vector<Component>& components) {
   const double rounding = std::sqrt(model_.rounding.mean_square_of_positions(frame.x));
   const auto length = [&](const Vector3& x) {
     const double found = std::sqrt(squared_norm(x));
@@ -163,15 +194,15 @@ void FirstOrder::learn(const Frame& frame, Field step, std::vector<Component>& c
   };
   bool is_finite = true;
   std::ranges::fill(newest_, Gains{});
-  for (const Index v : left_out_) {
-    const Vector3 of_detail = of_detail_[v] - frame.observed[v];
-    const Vector3 of_first_order = of_detail_[v] + step[v] - frame.observed[v];
+  for (const Index v : test.left_out) {
+    const Vector3 error = of_detail[v] - frame.observed[v];
+    const Vector3 of_first_order = of_detail[v] + step[v] - frame.observed[v];
     Gains& gains = newest_[topology_.component[v]];
-    const double size = length(of_detail);
+    const double size = length(error);
     ++gains.count;
     for (std::size_t q = 0; q < n_shares; ++q) {
       const double share = static_cast<double>(q + 1) / n_shares;
-      gains.sums[q] += size - length((1 - share) * of_detail + share * of_first_order);
+      gains.sums[q] += size - length((1 - share) * error + share * of_first_order);
       is_finite = is_finite && std::isfinite(gains.sums[q]);
     }
   }
@@ -204,37 +235,21 @@ double FirstOrder::best_share(const Gains& gains) {
   return share;
 }
 
-/// Moves each satellite by the share of its component of the step.
-double FirstOrder::mix(const Frame& frame, const Generations& generations,
-                       std::span<const Component> components) {
-  if (std::ranges::max(components, {}, &Component::share).share == 0) return 0;
-  const auto share_of = [&](std::size_t v) { return components[topology_.component[v]].share; };
-  const auto generation = generations.of_vertices();
-  for (std::size_t v = 0; v < is_free_.size(); ++v) {
-    is_free_[v] = generation[v] > 0 && share_of(v) > 0 ? 1 : 0;
-  }
-  const Field step = find_step(factor_, frame.x, frame.last);
-  double sum = 0;
-  for (std::size_t v = 0; v < step.size(); ++v) {
-    if (is_free_[v] == 0) continue;
-    frame.x[v] = frame.x[v] + share_of(v) * step[v];
-    sum += share_of(v);
-  }
-  return sum / static_cast<double>(generations.reached());
-}
-
-/// Returns the step (k,) from the positions X, 0 where `is_free_` is 0. Every component with free
-/// vertices must have others, too.
-Field FirstOrder::find_step(MaskedFactor& factor, Field positions, Field last) {
-  factor.factorize(is_free_);
+/// Returns the step (k,) from the positions X to the Y of (13), 0 where `is_free` is 0. Every
+/// component with free vertices must have others, too.
+LentField FirstOrder::find_step(MaskedFactor& factor, std::span<const std::uint8_t> is_free,
+                                Field positions, Field last) {
+  factor.factorize(is_free);
   const auto rows = factor.order();
   fit_rotations(rows, positions, last);
+  LentField solution = fields_.lend();
   workers_.for_each_in_chunks(
-      rows.size(), [&](std::size_t r) { solution_[r] = residual(at(rows[r]), positions); });
-  factor.solve(solution_, 1);
-  std::ranges::fill(step_, Vector3{});
-  for (std::size_t r = 0; r < rows.size(); ++r) step_[rows[r]] = solution_[r];
-  return step_;
+      rows.size(), [&](std::size_t r) { solution[r] = residual(at(rows[r]), positions); });
+  factor.solve(solution, 1);
+  LentField step = fields_.lend();
+  std::ranges::fill(step, Vector3{});
+  for (std::size_t r = 0; r < rows.size(); ++r) step[rows[r]] = solution[r];
+  return step;
 }
 
 /// Fits R of these vertices and of those beside them to the edges of L, which it weights as L does.
@@ -264,7 +279,7 @@ void FirstOrder::fit_rotations(std::span<const Index> rows, Field positions, Fie
   workers_.for_each_short_chunk(static_cast<Index>(quaternions_.size()), fit);
 }
 
-/// The residual of the equation of vertex v: b_v - (L X)_v.
+/// The residual of the equation of vertex v in (13): b_v - (L X)_v.
 Vector3 FirstOrder::residual(std::size_t v, Field positions) const {
   const OperatorData l = data_of(laplacian_);
   Vector3 sum, edges;

@@ -10,6 +10,7 @@
 #include <span>
 #include <vector>
 
+#include "base/lender.hpp"
 #include "base/workers.hpp"
 #include "frame/generations.hpp"
 #include "kernels/kernels.hpp"
@@ -20,16 +21,14 @@
 
 namespace dynmesh {
 
-/// Moves the completed vertices of a frame of detail by a share of the first-order step. In each
-/// frame a few anchors are left out, and what both predict of them decides on the shares.
+/// Tells by how much the completed vertices of a frame of detail follow the first-order step. In
+/// each frame a few anchors are left out, and what both predict of them decides on the shares.
 /// Components that have shown little so far form one group with a common share; each of the others
 /// is a group of its own.
 ///
 /// The step is one iteration of as-rigid-as-possible deformation (Sorkine and Alexa 2007) of the
-/// last frame G. R_i is the rotation that best maps the edges of vertex i in G to those in X. The
-/// free vertices then minimise sum_ij w_ij |X_i - X_j - (R_i + R_j) (G_i - G_j) / 2|^2 with all
-/// others fixed. The edges and the weights w are those of C, so the result does not depend on the
-/// scale of the mesh.
+/// last frame, (13). The edges and the weights w are those of C, so the result does not depend on
+/// the scale of the mesh.
 ///
 /// Allocates memory only in the constructor. All sums run in the order of the vertices, so they are
 /// the same for any number of threads.
@@ -40,17 +39,30 @@ class FirstOrder {
 
   /// A frame that detail has completed, (k,) each.
   struct Frame {
-    Field last;            ///< the completed frame before
-    std::span<Vector3> x;  ///< the completed positions
-    Field shape;           ///< the shape that K X was to have
-    Field observed;        ///< the positions of the anchors
+    Field last;      ///< the completed frame before
+    Field x;         ///< the completed positions
+    Field shape;     ///< the shape that K X was to have
+    Field observed;  ///< the positions of the anchors
   };
-  /// Moves the satellites in `frame.x`, and returns their mean share. `memory` counts this frame
-  /// already.
-  double improve(const Frame& frame, const Generations& generations, GainMemory& memory);
+  struct Improvement {
+    explicit Improvement(std::size_t k) : move(k) {}
+
+    std::vector<Vector3> move;  ///< (k,) of X, 0 but for satellites; without a share, anything
+    double share = 0;           ///< the mean share of the first-order step over the satellites
+  };
+  /// Finds by how much the satellites move, and what their components have shown, in `memory`,
+  /// which counts this frame already.
+  Lent<Improvement> improve(const Frame& frame, const Generations& generations, GainMemory& memory);
 
  private:
   using Component = GainMemory::Component;
+  /// The anchors that are left out, and with them the satellites around them.
+  struct Test {
+    explicit Test(std::size_t k) : is_nearby(k) {}
+
+    std::vector<Index> left_out, nearby;
+    std::vector<std::uint8_t> is_nearby;  // (k,)
+  };
   /// Of a component.
   struct Drawn {
     double size = 0;  // in vertices
@@ -60,14 +72,14 @@ class FirstOrder {
     double rings = 0;  // of satellites around it that move
   };
 
-  void leave_out(const Generations& generations, std::uint64_t frame);
-  void test(const Frame& frame, std::vector<Component>& components);
+  Lent<Test> leave_out(const Generations& generations, std::uint64_t frame);
+  LentField predict(const Frame& frame, const Test& test);
   [[nodiscard]] Vector3 pull(std::size_t v, const Frame& frame) const;
-  void learn(const Frame& frame, Field step, std::vector<Component>& components);
+  void learn(const Frame& frame, const Test& test, Field of_detail, Field step,
+             std::vector<Component>& components);
   [[nodiscard]] static double best_share(const Gains& gains);
-  double mix(const Frame& frame, const Generations& generations,
-             std::span<const Component> components);
-  Field find_step(MaskedFactor& factor, Field positions, Field last);
+  LentField find_step(MaskedFactor& factor, std::span<const std::uint8_t> is_free, Field positions,
+                      Field last);
   void fit_rotations(std::span<const Index> rows, Field positions, Field last);
   [[nodiscard]] Vector3 residual(std::size_t v, Field positions) const;
 
@@ -77,18 +89,17 @@ class FirstOrder {
   DetailOperator laplacian_;          // L = diag(sum_j w_ij) - W; its scale is 1
   MaskedFactor factor_;               // of L at the satellites
   MaskedFactor nearby_l_, nearby_n_;  // of L and N around the anchors that are left out
+  std::vector<Index> order_;          // (k,) in which anchors are drawn
 
-  // Of one frame:
-  std::vector<Index> order_;  // (k,) in which anchors are drawn
+  FieldLender fields_;
+  Lender<Test> tests_;
+  Lender<Improvement> improvements_;
+  // Buffers:
   std::vector<Drawn> drawn_;
-  std::vector<Index> left_out_, nearby_;  // with these, the satellites around them
-  std::vector<std::uint8_t> is_free_;
-  std::vector<Vector3> of_detail_;  // the predictions of detail
   std::vector<Gains> newest_;
-  // Of the step:
-  std::vector<std::uint8_t> is_beside_;  // whether its rotation is needed
+  std::vector<std::uint8_t> is_free_;
+  std::vector<std::uint8_t> is_beside_;  // whether the rotation of a vertex is needed
   std::vector<Vector3> edges_;
-  std::vector<Vector3> solution_, step_;  // in the order of elimination, and of the vertices
   std::vector<Quaternion> quaternions_;
   std::vector<Covariance> covariances_;
 };

@@ -168,9 +168,9 @@ void Modes::project(Field field, std::span<double> projected, std::span<const do
       }
     }
   };
-  const auto found = sums.of_vertices.find(weights.empty() ? n : 2 * n, workers, add);
-  for (std::size_t j = 0; j < n; ++j) projected[j] = unit_ * found[j];
-  for (std::size_t j = n; j < found.size(); ++j) squares[j - n] = unit_ * unit_ * found[j];
+  sums.of_vertices.find(weights.empty() ? n : 2 * n, workers, add, [&](std::size_t j, double sum) {
+    (j < n ? projected[j] : squares[j - n]) = j < n ? unit_ * sum : unit_ * unit_ * sum;
+  });
 }
 
 }  // namespace dynmesh

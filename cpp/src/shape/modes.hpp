@@ -45,25 +45,24 @@ class VertexSums {
   VertexSums(std::size_t n_vertices, std::size_t most_sums)
       : k_(static_cast<Index>(n_vertices)),
         n_chunks_((k_ + chunk - 1) / chunk),
-        partial_sums_(at(n_chunks_) * most_sums),
-        sums_(most_sums) {}
+        partial_sums_(at(n_chunks_) * most_sums) {}
 
   /// Computes `n_sums` of them: `add(sums, first, last)` adds the terms of the vertices `first` to
-  /// `last` - 1. The result is valid until the next call.
-  template <class Add>
-  std::span<const double> find(std::size_t n_sums, Workers& workers, const Add& add) {
+  /// `last` - 1, and `take(j, sum)` takes the results.
+  template <class Add, class Take>
+  void find(std::size_t n_sums, Workers& workers, const Add& add, const Take& take) {
     workers.share(n_chunks_, workers.are_worth_it(k_), [&](Index i) {
       Real* sums = &partial_sums_[at(i) * n_sums];
       std::fill_n(sums, n_sums, Real{});
       add(sums, i * chunk, std::min(k_, (i + 1) * chunk));
     });
-    std::ranges::fill(sums_, 0.0);
-    for (std::size_t i = 0; i < at(n_chunks_); ++i) {
-      for (std::size_t j = 0; j < n_sums; ++j) {
-        sums_[j] += static_cast<double>(partial_sums_[i * n_sums + j]);
+    for (std::size_t j = 0; j < n_sums; ++j) {
+      double sum = 0;
+      for (std::size_t i = 0; i < at(n_chunks_); ++i) {
+        sum += static_cast<double>(partial_sums_[i * n_sums + j]);
       }
+      take(j, sum);
     }
-    return std::span(sums_).first(n_sums);
   }
 
  private:
@@ -72,7 +71,6 @@ class VertexSums {
   Index k_ = 0;
   Index n_chunks_ = 0;
   std::vector<Real> partial_sums_;  // of each chunk
-  std::vector<double> sums_;
 };
 
 /// Buffers of products with modes, for one thread of calls at a time.

@@ -31,7 +31,7 @@ inline Quaternion product(const Quaternion& a, const Quaternion& b) {
 /// Multiplies a field (k,) by Q, which rotates it from the axes of frame 0 to those of the fitted
 /// frame. The result may be the same memory.
 void turn(std::span<const Quaternion> q, Field field, std::span<Vector3> turned, Workers& workers);
-/// The same for three fields.
+/// Multiplies three fields (k,) by Q.
 void turn(std::span<const Quaternion> q, std::span<const ShapeTerms> terms,
           std::span<ShapeTerms> turned, Workers& workers);
 /// Multiplies a field (k,) by Q^T. The result may be the same memory.
@@ -47,7 +47,7 @@ struct Surroundings {
   std::vector<Vector3> rest_edges;  ///< to these ends from its centre
 };
 
-/// Q_i is the rotation that best maps the cell of vertex i in frame 0 to the current cell. The
+/// Q_i (docs/method.md, 8) best maps the cell of vertex i in frame 0 to the current cell. The
 /// edges are weighted by the inverse of their squared length in frame 0, and the covariances are
 /// averaged over clusters of vertices, since those of single cells are disturbed by the errors of
 /// single positions. Each fit starts from the previous one, so a vertex whose surroundings do not

@@ -17,30 +17,22 @@ ShapeFit::ShapeFit(Of of, const Cells& cells, Workers& workers, double largest_k
       cells_(cells),
       workers_(workers),
       modes_(modes),
-      sums_(modes.parts().size(), modes.n_coefficients()) {
-  const std::size_t n = modes_.n_coefficients();
-  if (n == 0) return;
-  for (auto* values : {&a_, &gradient_, &direction_, &product_, &preconditioned_, &squares_,
-                       &penalties_, &shares_}) {
-    values->resize(n);
-  }
-  for (auto* values : {&seen_, &averaged_}) values->resize(cells.size());
-  for (AddedShape* added : {&added_, &direction_added_}) added->set_zero(cells.size());
-  left_.resize(cells.size());
+      size_(modes.n_coefficients() > 0 ? cells.size() : 0),
+      sums_(modes.parts().size(), modes.n_coefficients()),
+      coefficients_(Coefficients(modes.n_coefficients()), 1),
+      shapes_(AddedShape(size_), 2),
+      fields_(std::vector<Vector3>(size_), 1),
+      numbers_(std::vector<double>(size_), 2) {}
+
+void ShapeFit::combine(const FitMemory& memory, std::span<Vector3> shape) {
+  modes_.combine(std::span(memory.coefficients).first(modes_.n_coefficients()), shape, sums_,
+                 workers_);
 }
 
-Field ShapeFit::shape_of(const FitMemory& memory) {
-  const auto a = std::span(memory.coefficients).first(a_.size());
-  if (!std::ranges::equal(a, a_)) {
-    std::ranges::copy(a, a_.begin());
-    modes_.combine(a_, added_.shape, sums_, workers_);
-  }
-  return added_.shape;
-}
-
-void ShapeFit::set_zero() {
-  std::ranges::fill(a_, 0.0);
-  added_.set_zero(cells_.size());
+LentField ShapeFit::shape_of(const FitMemory& memory) {
+  LentField shape = fields_.lend();
+  combine(memory, shape);
+  return shape;
 }
 
 /// Finds the steps towards a shape, without those of noisy anchors to their positions.
@@ -53,42 +45,47 @@ void ShapeFit::step_towards(AddedShape& added, const Anchors& anchors, ShapeSyst
 }
 
 /// h: the known mask, averaged over the cells.
-void ShapeFit::weigh_seen(const Anchors& anchors) {
-  for (std::size_t v = 0; v < seen_.size(); ++v) seen_[v] = anchors.is_anchor(v) ? 1 : 0;
+Lent<std::vector<double>> ShapeFit::seen_around(const Anchors& anchors) {
+  auto seen = numbers_.lend();
+  auto averaged = numbers_.lend();
+  for (std::size_t v = 0; v < seen.size(); ++v) seen[v] = anchors.is_anchor(v) ? 1 : 0;
   for (int n = 0; n < training_constants.averagings; ++n) {
-    for (std::size_t v = 0; v < seen_.size(); ++v) {
-      double sum = seen_[v];
-      for (const Index j : cells_[v]) sum += seen_[j];
-      averaged_[v] = sum / static_cast<double>(cells_[v].size() + 1);
+    for (std::size_t v = 0; v < seen.size(); ++v) {
+      double sum = seen[v];
+      for (const Index j : cells_[v]) sum += seen[j];
+      averaged[v] = sum / static_cast<double>(cells_[v].size() + 1);
     }
-    std::swap(seen_, averaged_);
+    std::swap(seen, averaged);
   }
+  return seen;
 }
 
 /// lambda_j, and the share of each coefficient that the anchors determine, g_j = d_j / (d_j +
 /// lambda_j).
-void ShapeFit::penalize(double ratio) {
-  for (std::size_t j = 0; j < penalties_.size(); ++j) {
+void ShapeFit::penalize(double ratio, Coefficients& of) {
+  for (std::size_t j = 0; j < of.penalties.size(); ++j) {
     const bool is_global = j < static_cast<std::size_t>(modes_of_part);
-    penalties_[j] = (is_global ? 1 : training_constants.caution) * ratio;
-    const double share = squares_[j] / (squares_[j] + penalties_[j]);
-    shares_[j] = std::isfinite(share) ? share : 0;  // in single precision, squares can overflow
+    of.penalties[j] = (is_global ? 1 : training_constants.caution) * ratio;
+    const double share = of.squares[j] / (of.squares[j] + of.penalties[j]);
+    of.shares[j] = std::isfinite(share) ? share : 0;  // in single precision, squares can overflow
   }
 }
 
-/// Sets the residual of the shape and returns the energies, with the terms of noisy anchors.
-ShapeFit::Energies ShapeFit::measure(const ResidualField& residuals) {
+/// The energies, with the terms of noisy anchors, and what is left of the residual of the shape,
+/// r + r3, 0 where vertices do not count.
+ShapeFit::Energies ShapeFit::measure(const ResidualField& residuals, const AddedShape& added,
+                                     std::span<Vector3> left) const {
   Energies energies;
   const Anchors& anchors = residuals.anchors;
   for (std::size_t v = 0; v < residuals.size(); ++v) {
-    left_[v] = {};
+    left[v] = {};
     if (anchors.counts[v] == 0) continue;
-    const Vector3 r3 = added_.k_steps[v] - added_.wanted[v];
+    const Vector3 r3 = added.k_steps[v] - added.wanted[v];
     bool is_shape = true;
     residuals.visit(v, [&](const Residuals& r) {
       const Vector3 without = of_ == Of::rest ? r.r0 + r.r1 : r.r0;
-      const Vector3 with = without + (is_shape ? r3 : added_.steps[v]);
-      if (is_shape) left_[v] = with;
+      const Vector3 with = without + (is_shape ? r3 : added.steps[v]);
+      if (is_shape) left[v] = with;
       energies.without += r.weight * squared_norm(without);
       energies.with += r.weight * squared_norm(with);
       is_shape = false;
@@ -97,57 +94,58 @@ ShapeFit::Energies ShapeFit::measure(const ResidualField& residuals) {
   return energies;
 }
 
-/// Minimises |r + r3 + F(B d)|^2 + sum_j lambda_j (a_j + d_j - e_j)^2 over d, e being what is
-/// expected, by preconditioned conjugate gradients. F(f) = K Y - Q f with the steps Y towards Q f.
-/// Adds d to a.
-double ShapeFit::descend(const Anchors& anchors, ShapeSystem& system,
-                         std::span<const Quaternion> q) {
-  AddedShape& along = direction_added_;
-  // The gradient, downhill: B^T Q^T r, which it is before, - lambda (a - e). A coefficient is
+/// Minimises (14) over d, e being what is expected, by preconditioned conjugate gradients, and adds
+/// d to a. F(f) = K Y - Q f with the steps Y towards Q f.
+double ShapeFit::descend(const Anchors& anchors, ShapeSystem& system, std::span<const Quaternion> q,
+                         std::span<Vector3> left, Coefficients& of, AddedShape& added) {
+  Lent<AddedShape> along = shapes_.lend();
+  // The of.gradient, downhill: B^T Q^T r, which it is before, - lambda (a - e). A coefficient is
   // expected to be 0 if the anchors determine it, so that the fit is no larger than they demand,
   // and otherwise what it was, so that a limb that is hidden keeps its shape.
-  for (std::size_t j = 0; j < a_.size(); ++j) {
-    const double expected = std::clamp((1 - shares_[j]) * a_[j], -largest_kept_, largest_kept_);
-    gradient_[j] -= penalties_[j] * (a_[j] - expected);
+  for (std::size_t j = 0; j < of.a.size(); ++j) {
+    const double expected = std::clamp((1 - of.shares[j]) * of.a[j], -largest_kept_, largest_kept_);
+    of.gradient[j] -= of.penalties[j] * (of.a[j] - expected);
   }
   const auto precondition = [&] {
-    for (std::size_t j = 0; j < a_.size(); ++j) {
-      preconditioned_[j] = gradient_[j] / (squares_[j] + penalties_[j]);
+    for (std::size_t j = 0; j < of.a.size(); ++j) {
+      of.preconditioned[j] = of.gradient[j] / (of.squares[j] + of.penalties[j]);
     }
   };
   // S p = -B^T Q^T F(B p) + lambda p, lambda by coefficient
   const auto multiply = [&] {
-    modes_.combine(direction_, along.shape, sums_, workers_);
+    modes_.combine(of.direction, along.shape, sums_, workers_);
     step_towards(along, anchors, system, q);
-    for (std::size_t v = 0; v < left_.size(); ++v) {
-      left_[v] = anchors.counts[v] * (along.wanted[v] - along.k_steps[v]);  // -F
+    for (std::size_t v = 0; v < left.size(); ++v) {
+      left[v] = anchors.counts[v] * (along.wanted[v] - along.k_steps[v]);  // -F
     }
-    turn_back(q, left_, left_, workers_);
-    modes_.project(left_, product_, {}, {}, sums_, workers_);
-    for (std::size_t j = 0; j < a_.size(); ++j) product_[j] += penalties_[j] * direction_[j];
+    turn_back(q, left, left, workers_);
+    modes_.project(left, of.product, {}, {}, sums_, workers_);
+    for (std::size_t j = 0; j < of.a.size(); ++j)
+      of.product[j] += of.penalties[j] * of.direction[j];
   };
   const auto advance = [&](const std::array<double, 1>& lengths) {
     const double length = lengths[0];
-    for (std::size_t j = 0; j < a_.size(); ++j) a_[j] += length * direction_[j];
-    for (std::size_t v = 0; v < left_.size(); ++v) {
-      added_.steps[v] = added_.steps[v] + length * along.steps[v];
-      added_.k_steps[v] = added_.k_steps[v] + length * along.k_steps[v];
-      added_.wanted[v] = added_.wanted[v] + length * along.wanted[v];
+    for (std::size_t j = 0; j < of.a.size(); ++j) of.a[j] += length * of.direction[j];
+    for (std::size_t v = 0; v < left.size(); ++v) {
+      added.steps[v] = added.steps[v] + length * along.steps[v];
+      added.k_steps[v] = added.k_steps[v] + length * along.k_steps[v];
+      added.wanted[v] = added.wanted[v] + length * along.wanted[v];
     }
   };
-  const ConjugateVectors<double> vectors = {gradient_, preconditioned_, direction_, product_};
+  const ConjugateVectors<double> vectors = {of.gradient, of.preconditioned, of.direction,
+                                            of.product};
   return conjugate_gradients<1>(vectors, training_constants.steps, 0, precondition, multiply,
                                 advance, workers_)[0];
 }
 
 /// The variance of the coefficients, v = N_v / D_v, from those that the frames determine. What is
 /// kept without being determined says nothing about the training sequence.
-void ShapeFit::update_evidence(FitMemory& memory) const {
+void ShapeFit::update_evidence(const Coefficients& of, FitMemory& memory) {
   double determined = 0;
   double size = 0;
-  for (std::size_t j = 0; j < shares_.size(); ++j) {
-    determined += shares_[j];
-    size += shares_[j] * a_[j] * a_[j];
+  for (std::size_t j = 0; j < of.shares.size(); ++j) {
+    determined += of.shares[j];
+    size += of.shares[j] * of.a[j] * of.a[j];
   }
   memory.size = (memory.size + size) / 2;
   memory.determined = (memory.determined + determined) / 2;
@@ -172,22 +170,29 @@ double ShapeFit::prior_weight(const FitMemory& memory, const Anchors& anchors) c
   return weight * std::clamp(2 - mean_square / static_cast<double>(modes_.n_frames()), 0.0, 1.0);
 }
 
-void ShapeFit::find(const ResidualField& residuals, ShapeSystem& system,
-                    std::span<const Quaternion> q, FitMemory& memory) {
+Lent<AddedShape> ShapeFit::find(const ResidualField& residuals, ShapeSystem& system,
+                                std::span<const Quaternion> q, FitMemory& memory) {
+  Lent<AddedShape> added = shapes_.lend();
+  added.weight = 0;
+  if (!exists()) return added;
   if (memory.determined == 0) {  // nothing is known about the coefficients yet
     memory.residual_variance = -1;
     memory.determined = static_cast<double>(modes_.size());
     memory.size = training_constants.least_variance * memory.determined;
     memory.explained = 2 * training_constants.least_share;
   }
+  Lent<Coefficients> of = coefficients_.lend();
   const Anchors& anchors = residuals.anchors;
   if (of_ == Of::rest) {
-    shape_of(memory);
-    step_towards(added_, anchors, system, q);
+    std::ranges::copy(std::span(memory.coefficients).first(of.a.size()), of.a.begin());
+    combine(memory, added.shape);
+    step_towards(added, anchors, system, q);
   } else {
-    set_zero();
+    std::ranges::fill(of.a, 0.0);
+    added.set_zero();
   }
-  Energies energies = measure(residuals);
+  LentField left = fields_.lend();
+  Energies energies = measure(residuals, added, left);
   const double coordinates = 3 * static_cast<double>(anchors.number);
   const double residual_variance =
       memory.residual_variance < 0 ? energies.with / coordinates : memory.residual_variance;
@@ -197,20 +202,22 @@ void ShapeFit::find(const ResidualField& residuals, ShapeSystem& system,
       residuals.rounding * std::accumulate(anchors.counts.begin(), anchors.counts.end(), 0.0);
   const bool is_at_rest = energies.with <= rounding;
   if (!is_at_rest && ratio > 0 && std::isfinite(ratio)) {
-    weigh_seen(anchors);
-    turn_back(q, left_, left_, workers_);
-    modes_.project(left_, gradient_, seen_, squares_, sums_, workers_);
-    penalize(ratio);
-    if (descend(anchors, system, q) > 0) {
+    turn_back(q, left, left, workers_);
+    modes_.project(left, of.gradient, seen_around(anchors), of.squares, sums_, workers_);
+    penalize(ratio, of);
+    if (descend(anchors, system, q, left, of, added) > 0) {
       const double largest = training_constants.largest_coefficient;
       const auto is_plausible = [&](double a) { return std::abs(a) <= largest; };
-      if (!std::ranges::all_of(a_, is_plausible)) set_zero();
-      modes_.combine(a_, added_.shape, sums_, workers_);
-      energies.with = measure(residuals).with;
+      if (!std::ranges::all_of(of.a, is_plausible)) {
+        std::ranges::fill(of.a, 0.0);
+        added.set_zero();
+      }
+      modes_.combine(of.a, added.shape, sums_, workers_);
+      energies.with = measure(residuals, added, left).with;
     }
-    update_evidence(memory);
+    update_evidence(of, memory);
   }
-  if (of_ == Of::rest) std::ranges::copy(a_, memory.coefficients.begin());
+  if (of_ == Of::rest) std::ranges::copy(of.a, memory.coefficients.begin());
   const double explained = std::clamp(1 - energies.with / energies.without, 0.0, 1.0);
   const bool is_share = energies.without > rounding && std::isfinite(explained);
   if (is_share) {
@@ -220,8 +227,9 @@ void ShapeFit::find(const ResidualField& residuals, ShapeSystem& system,
   if (!is_at_rest && std::isfinite(energies.with)) {
     memory.residual_variance = energies.with / coordinates;
   }
-  memory.prior_weight = prior_weight(memory, anchors);
+  added.weight = memory.prior_weight = prior_weight(memory, anchors);
   memory.prior_share = is_share ? explained : 0;
+  return added;
 }
 
 }  // namespace dynmesh

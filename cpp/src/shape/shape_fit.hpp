@@ -1,12 +1,14 @@
 /// The fit of modes to a frame: which of the shapes that they span the anchors support.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
 #include <span>
 #include <vector>
 
+#include "base/lender.hpp"
 #include "base/workers.hpp"
 #include "shape/blend.hpp"
 #include "shape/memory.hpp"
@@ -18,14 +20,17 @@ namespace dynmesh {
 
 /// A shape that modes add to another one, and what it changes in a frame. All arrays are (k,).
 struct AddedShape {
+  explicit AddedShape(std::size_t k) : shape(k), wanted(k), steps(k), k_steps(k) {}
+
   std::vector<Vector3> shape;    ///< B a
   std::vector<Vector3> wanted;   ///< Q B a
   std::vector<Vector3> steps;    ///< Y3, the steps towards it
   std::vector<Vector3> k_steps;  ///< K Y3
+  double weight = 0;             ///< k, the part of it that is to be added; 0 without modes
 
   /// That of coefficients 0.
-  void set_zero(std::size_t k) {
-    for (auto* field : {&shape, &wanted, &steps, &k_steps}) field->assign(k, {});
+  void set_zero() {
+    for (auto* field : {&shape, &wanted, &steps, &k_steps}) std::ranges::fill(*field, Vector3{});
   }
 };
 
@@ -57,12 +62,10 @@ class ShapeFit {
   [[nodiscard]] bool exists() const { return modes_.size() > 0; }
   /// Fits a to the residuals, from what was remembered, which it replaces. `q` are the rotations of
   /// the residuals.
-  void find(const ResidualField& residuals, ShapeSystem& system, std::span<const Quaternion> q,
-            FitMemory& memory);
+  Lent<AddedShape> find(const ResidualField& residuals, ShapeSystem& system,
+                        std::span<const Quaternion> q, FitMemory& memory);
   /// (k,) B a.
-  Field shape_of(const FitMemory& memory);
-  /// B a, and what it changes in the last frame.
-  [[nodiscard]] const AddedShape& added() const { return added_; }
+  LentField shape_of(const FitMemory& memory);
   /// Lets m_first + `p` take the place of m_first, or m + `p` that of m.
   void add(const Vector3& p, ShapeTerms& to) const {
     if (of_ == Of::change) to.last = to.last + p;
@@ -75,14 +78,34 @@ class ShapeFit {
     double with = 0;     // |r + r3|^2, with the residual r3 of what is added
   };
 
-  void set_zero();
-  Energies measure(const ResidualField& residuals);
-  void weigh_seen(const Anchors& anchors);
-  void penalize(double ratio);
+  /// Numbers for each coefficient.
+  struct Coefficients {
+    explicit Coefficients(std::size_t n)
+        : a(n),
+          gradient(n),
+          direction(n),
+          product(n),
+          preconditioned(n),
+          squares(n),
+          penalties(n),
+          shares(n) {}
+
+    std::vector<double> a;  // of B a
+    std::vector<double> gradient, direction, product, preconditioned, squares;
+    std::vector<double> penalties;  // lambda_j
+    std::vector<double> shares;     // g_j
+  };
+
+  void combine(const FitMemory& memory, std::span<Vector3> shape);
+  Energies measure(const ResidualField& residuals, const AddedShape& added,
+                   std::span<Vector3> left) const;
+  Lent<std::vector<double>> seen_around(const Anchors& anchors);
+  static void penalize(double ratio, Coefficients& of);
   void step_towards(AddedShape& added, const Anchors& anchors, ShapeSystem& system,
                     std::span<const Quaternion> q);
-  double descend(const Anchors& anchors, ShapeSystem& system, std::span<const Quaternion> q);
-  void update_evidence(FitMemory& memory) const;
+  double descend(const Anchors& anchors, ShapeSystem& system, std::span<const Quaternion> q,
+                 std::span<Vector3> left, Coefficients& of, AddedShape& added);
+  static void update_evidence(const Coefficients& of, FitMemory& memory);
   [[nodiscard]] double variance(const FitMemory& memory) const;
   [[nodiscard]] double prior_weight(const FitMemory& memory, const Anchors& anchors) const;
 
@@ -91,14 +114,12 @@ class ShapeFit {
   const Cells& cells_;
   Workers& workers_;
   const Modes& modes_;
+  std::size_t size_;  // k, or 0 without modes
   ModeSums sums_;
-  std::vector<double> a_;  // of B a
-  std::vector<double> gradient_, direction_, product_, preconditioned_, squares_;
-  std::vector<double> penalties_;  // lambda_j
-  std::vector<double> shares_;     // g_j
-  std::vector<double> seen_, averaged_;
-  AddedShape added_, direction_added_;
-  std::vector<Vector3> left_;  // r + r3, 0 where vertices do not count
+  Lender<Coefficients> coefficients_;
+  Lender<AddedShape> shapes_;
+  FieldLender fields_;
+  Lender<std::vector<double>> numbers_;
 };
 
 }  // namespace dynmesh

@@ -79,13 +79,12 @@ void ShapeLibrary::multiply(Index slot) {
       }
     }
   };
-  const auto sums = sums_.find(n_parts_ * slots_, workers_, add);
-  for (std::size_t i = 0; i < sums.size(); ++i) {
+  sums_.find(n_parts_ * slots_, workers_, add, [&](std::size_t i, double sum) {
     const std::size_t other = i % slots_;
     const std::size_t first = i - other;  // of the part
-    products_[(first + at(slot)) * slots_ + other] = sums[i];
-    products_[i * slots_ + at(slot)] = sums[i];
-  }
+    products_[(first + at(slot)) * slots_ + other] = sum;
+    products_[i * slots_ + at(slot)] = sum;
+  });
 }
 
 /// Releases the older one of the two shapes that are closest over the whole surface.

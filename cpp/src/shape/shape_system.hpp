@@ -100,8 +100,8 @@ class ShapeSystem {
     solve<fields, 1>(residual, to_observed, anchors, steps);
   }
 
-  /// The same with another pull: in the first `pulled` fields, the step of noisy anchors is drawn
-  /// to `pull(v, field)`, which is not called if anchors are exact.
+  /// Finds steps as above with another pull: in the first `pulled` fields, the step of noisy
+  /// anchors is drawn to `pull(v, field)`, which is not called if anchors are exact.
   template <int fields, int pulled, class Residual, class Pull>
   void solve(const Residual& residual, const Pull& pull, const Anchors& anchors,
              std::span<Vector3> steps) {

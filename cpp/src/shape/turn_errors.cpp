@@ -19,7 +19,7 @@ Eigen::Matrix3d matrix_of(const std::array<Vector3, 3>& rows) {
 }
 
 /// The expected error of the rotation after a frame, if it grows by `size` about each axis.
-Eigen::Matrix3d grown(const Eigen::Matrix3d& before, const Turn& turn, double size) {
+Eigen::Matrix3d grown(const Eigen::Matrix3d& before, const ComponentRotation& turn, double size) {
   if (turn.axes == 3) return Eigen::Matrix3d::Zero();
   const auto& [w, x, y, z] = turn.rotation;
   const Eigen::Matrix3d rotation = Eigen::Quaterniond(w, x, y, z).toRotationMatrix();
@@ -32,7 +32,7 @@ Eigen::Matrix3d grown(const Eigen::Matrix3d& before, const Turn& turn, double si
 
 }  // namespace
 
-void add_turn_errors(std::span<const Turn> turns, const Topology& topology,
+void add_turn_errors(std::span<const ComponentRotation> turns, const Topology& topology,
                      const Generations& generations, Field x, const ErrorMemory& memory,
                      ErrorMemory& next) {
   const double kept = uncertainty_constants.kept_of_scale;
@@ -47,7 +47,7 @@ void add_turn_errors(std::span<const Turn> turns, const Topology& topology,
   }
   const double pull = uncertainty_constants.pull_of_turns;
   const bool any_known =
-      std::ranges::any_of(turns, [](const Turn& turn) { return turn.axes == 3; });
+      std::ranges::any_of(turns, [](const ComponentRotation& turn) { return turn.axes == 3; });
   for (std::size_t i = 0; i < turns.size(); ++i) {
     double mean = of_all.x / of_all.y;
     if (!(of_all.y > 0)) {

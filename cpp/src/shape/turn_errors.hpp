@@ -6,7 +6,7 @@
 #include <span>
 
 #include "frame/generations.hpp"
-#include "shape/increments.hpp"
+#include "shape/cluster_rotations.hpp"
 #include "shape/memory.hpp"
 
 namespace dynmesh {
@@ -19,7 +19,7 @@ namespace dynmesh {
 /// anchors tell it. The expected error of the rotation of a component is a symmetric matrix, of
 /// which the eigenvalues are the expected angles about the eigenvectors. It grows by that much in a
 /// frame, since what turns goes on to do so, and vanishes about the axes of which anchors tell.
-void add_turn_errors(std::span<const Turn> turns, const Topology& topology,
+void add_turn_errors(std::span<const ComponentRotation> turns, const Topology& topology,
                      const Generations& generations, Field x, const ErrorMemory& memory,
                      ErrorMemory& next);
 

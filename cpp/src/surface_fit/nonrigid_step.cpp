@@ -181,7 +181,7 @@ void NonrigidStep::fit_modes(const Draw& draw, Field m, Field x, Memory& next) {
 void NonrigidStep::find_rest_shape(const FitMemory& fit) {
   rest_ = model_.first_shape;
   if (fit.prior_weight == 0) return;
-  const Field added = fit_.shape_of(fit);
+  const LentField added = fit_.shape_of(fit);
   for (std::size_t v = 0; v < rest_.size(); ++v) {
     rest_[v] = model_.first_shape[v] + fit.prior_weight * added[v];
   }
