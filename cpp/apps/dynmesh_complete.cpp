@@ -148,7 +148,7 @@ void print(const FrameReport& report, std::size_t frame, bool has_errors) {
 }
 
 /// How good the completed frames are.
-class Verdict {
+class SequenceQuality {
  public:
   void add(const FrameReport& report, std::size_t frame) {
     const std::size_t n_vertices = report.known + report.filled + report.disconnected;
@@ -162,7 +162,7 @@ class Verdict {
   }
 
   /// Prints why they are not good. Returns the exit code.
-  [[nodiscard]] int tell() const {
+  [[nodiscard]] int report_to_user() const {
     constexpr std::array how = {"good", "doubtful", "probably ruined"};
     if (worst_.quality != Quality::good) {
       std::fprintf(stderr,
@@ -193,7 +193,7 @@ int complete(Options& options) {
   std::vector<float> frame(mesh.vertices.size());
   const Points<float> points(frame.data(), frame.size() / 3);
   std::exception_ptr damage;
-  Verdict verdict;
+  SequenceQuality quality;
   std::size_t number = 1;
   for (;; ++number) {
     FrameReport report;
@@ -206,12 +206,12 @@ int complete(Options& options) {
       break;
     }
     if (options.report) print(report, number, options.settings.uncertainty);
-    verdict.add(report, number);
+    quality.add(report, number);
     writer.write(frame);
   }
   if (number == 1 && caught_signal == 0) refuse(options.files["--input"], "contains no frame");
   if (number > 1) writer.finish();
-  const int code = verdict.tell();
+  const int code = quality.report_to_user();
   if (damage) std::rethrow_exception(damage);
   return code;
 }

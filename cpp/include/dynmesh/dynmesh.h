@@ -369,7 +369,7 @@ DYNMESH_EXPORT dynmesh_status dynmesh_tracker_create(const int32_t* faces, int64
                                                      const dynmesh_points* first_frame,
                                                      int32_t threads, dynmesh_tracker** tracker);
 
-/// The same with more choices. If `uncertainty` is not zero, dynmesh_tracker_standard_error returns
+/// Creates a tracker as dynmesh_tracker_create does, with more choices. If `uncertainty` is not zero, dynmesh_tracker_standard_error returns
 /// the standard error of each vertex. If `recover` is not zero, the template is sought again where
 /// it is lost. `resolution` is 0 for the best, or the number of vertices on which the template is
 /// tracked live. See TrackerSettings in tracker.hpp. `training` is null, or a training sequence of

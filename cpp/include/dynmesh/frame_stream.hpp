@@ -19,7 +19,7 @@ struct Stream;
 /// Threads. Different objects are independent. `n_vertices`, `n_edges`, `topology`, `state_size`,
 /// `settings`, `n_frames` and `report` may be called at any time, also while another thread is in
 /// any other function but the destructor and moves; what they return references to stays valid
-/// until the object is destroyed or assigned to. `n_frames` and `report` tell of the last frame
+/// until the object is destroyed or assigned to. `n_frames` and `report` are of the last frame
 /// that was complete when they were called. The other const functions may be called by several
 /// threads at once while no thread is in one that is not const, which only one thread at a time may
 /// be in. The spans that they return are valid until the next call of a function that is not const.

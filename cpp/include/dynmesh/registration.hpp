@@ -71,7 +71,7 @@ DYNMESH_EXPORT Registration<Real> register_template(Faces faces, Points<const Re
                                                     const RegistrationSettings& settings = {},
                                                     const Training<Real>* training = nullptr);
 
-/// The same for the depth images of one or several cameras of the same moment.
+/// Registers the template to the depth images of one or several cameras of the same moment.
 template <class Real>
 DYNMESH_EXPORT Registration<Real> register_template(Faces faces, Points<const Real> positions,
                                                     std::span<const DepthImage> images,

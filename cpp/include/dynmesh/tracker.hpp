@@ -101,9 +101,8 @@ class DYNMESH_EXPORT Tracker : public FrameStream {
   /// `first_frame` is the template, complete and finite, in the pose of the first scan. See
   /// Completer for `faces`.
   Tracker(Faces faces, Points<const Real> first_frame, const TrackerSettings& settings = {});
-  /// The same with training, which it copies: the tracker learns how the shape of the subject
-  /// varies. A training sequence that is of no use is not used. It throws SettingError as Completer
-  /// does.
+  /// Copies `training`, from which the tracker learns how the shape of the subject varies. A
+  /// training sequence that is of no use is not used. It throws SettingError as Completer does.
   Tracker(Faces faces, Points<const Real> first_frame, const TrackerSettings& settings,
           const Training<Real>& training);
 

@@ -34,8 +34,8 @@ template <class Settings>
 void write_head(Writer& writer, const StateKind& kind, const Stream& stream,
                 const Settings& settings);
 
-/// Reads it again. Refuses a state of another kind, mesh or settings, and one that is damaged or of
-/// another size.
+/// Reads the beginning of a state. Refuses one of another kind, mesh or settings, and one that is
+/// damaged or of another size.
 template <class Settings>
 Reader read_head(std::span<const std::byte> state, const StateKind& kind, const Stream& stream,
                  const Settings& settings);

@@ -49,7 +49,7 @@ constexpr Real saturated(double x) {
   return static_cast<Real>(std::clamp(x, -largest, largest));
 }
 
-/// The same, but infinity is preserved, as of standard errors.
+/// Converts `x` to Real as `saturated` does, but preserves infinity, as of standard errors.
 template <class Real>
 constexpr Real saturated_or_infinite(double x) {
   const bool is_infinite = x == std::numeric_limits<double>::infinity();

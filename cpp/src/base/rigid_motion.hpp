@@ -70,7 +70,8 @@ struct Moments {
   }
 };
 
-/// Those of the points that `for_each(visit)` visits, before and now, the same ones each time.
+/// The moments of the points that `for_each(visit)` visits, before and now. It is called twice, and
+/// must visit equal points in equal order.
 template <class ForEach>
 Moments moments_of(const ForEach& for_each) {
   Moments moments;
@@ -101,7 +102,7 @@ RigidMotion fit_rigid_motion(const Moments& moments);
 /// which must not be none.
 RigidMotion fit_rigid_motion(std::span<const Index> vertices, Field before, Field after);
 
-/// The same for all points.
+/// Returns the least-squares rigid motion from `before` to `after`, which must not be empty.
 RigidMotion fit_rigid_motion(Field before, Field after);
 
 }  // namespace dynmesh

@@ -75,7 +75,7 @@ class Workers {
     share(count, count >= sharing_.fewest_pieces, work);
   }
 
-  /// The same, but the caller decides whether other threads take part.
+  /// Calls `work(i)` as `for_each` does; the caller decides whether other threads take part.
   template <class Work>
   void share(Index count, bool is_worth_it, Work&& work) {
     if (threads_.empty() || count < 2 || !is_worth_it) {
@@ -95,9 +95,9 @@ class Workers {
     for_each((count + sharing_.chunk - 1) / sharing_.chunk,
              [&](Index i) { work(i * sharing_.chunk, std::min(count, (i + 1) * sharing_.chunk)); });
   }
-  /// The same with short chunks, of which a thread may take several at a time. They begin at
-  /// multiples of four, since kernels take four numbers at once, which may affect each other's
-  /// rounding. `weight` is the work of a number, in that of a vertex.
+  /// Divides the numbers as `for_each_chunk` does, into short chunks, of which a thread may take
+  /// several at a time. Chunks begin at multiples of four, since kernels take four numbers at once,
+  /// which may affect each other's rounding. `weight` is the work of a number, in that of a vertex.
   template <class Work>
   void for_each_short_chunk(Index count, const Work& work, Index weight = 1) {
     const Index length = (std::max(sharing_.chunk / 4 / weight, Index{1}) + 3) / 4 * 4;

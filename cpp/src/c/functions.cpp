@@ -197,7 +197,8 @@ dynmesh_status at_any_time(Handle* handle, const Call& call) noexcept {
   });
 }
 
-/// The same for all else, which is refused while another thread is using the object.
+/// Calls `call` with the object in `handle`, of float or of double, for what only one thread may do
+/// at a time. It is refused while another thread is using the object.
 template <class Handle, class Call>
 dynmesh_status with(Handle* handle, const Call& call) noexcept {
   return at_any_time(handle, [&](auto& object) { handle->turns.enter([&] { call(object); }); });

@@ -47,7 +47,8 @@ struct DenseKernels {
   /// upper half of the triangle is not read. `columns` is at most `widest_supernode`.
   void (*factor_triangle)(double* panel, Index columns, const double* least, double* inverse,
                           double* work);
-  /// The same for `n` rows below the triangle, with the `inverse` and the `work` of the triangle.
+  /// Replaces `n` rows of a panel below its triangle by those of its Cholesky factor, with the
+  /// `inverse` and the `work` that `factor_triangle` left.
   void (*factor_below)(double* rows, Index n, Index columns, const double* inverse,
                        const double* work);
 

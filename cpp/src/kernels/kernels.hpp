@@ -14,10 +14,10 @@ struct Kernels {
   RotationKernels rotations;
 };
 
-/// Those that this processor can run, the fastest first.
+/// The kernels that this processor can run, the fastest first.
 const std::vector<Kernels>& runnable_kernels();
 
-/// The fastest that this processor can run.
+/// The fastest kernels that this processor can run.
 inline const Kernels& best_kernels() { return runnable_kernels().front(); }
 
 }  // namespace dynmesh

@@ -116,7 +116,7 @@ class Decimation {
     quadrics_[at(v)] += weight * plane * plane.transpose();
   }
 
-  /// Those of a triangle, and across it at a side where the surface ends.
+  /// The planes of a triangle, and those across it at a side where the surface ends.
   void add_planes(const Triangle& face) {
     const Eigen::Vector3d area = twice_area(face);
     if (!(area.norm() > 0)) return;

@@ -215,7 +215,7 @@ Leaders::Lead Leaders::lead_of(Index follower, std::size_t number, double depart
   return {follower, pair.components[1 - side], number, near / (far * far)};
 }
 
-/// The same, if the other one may not lead through what leads it.
+/// The lead of one component of a pair by the other, which may not lead through what leads it.
 Leaders::Lead Leaders::trust_of(Index follower, std::size_t number,
                                 std::span<const std::uint8_t> may_lead, double departure) const {
   Lead lead = lead_of(follower, number, departure);

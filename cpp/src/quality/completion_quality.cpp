@@ -249,7 +249,7 @@ void CompletionQuality::choose_anchors(Generation generation) {
 }
 
 /// Whether the anchors are a mirror image of themselves in frame 0, which the lengths of edges do
-/// not tell: a reflection brings them much closer than any rotation does.
+/// not show: a reflection brings them much closer than any rotation does.
 bool CompletionQuality::is_mirrored(Field frame) const {
   const auto for_each_anchor = [&](const auto& visit) {
     for (const Index v : anchors_) {

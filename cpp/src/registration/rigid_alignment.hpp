@@ -7,7 +7,7 @@
 
 namespace dynmesh {
 
-/// The best rigid start, and even samples of the template and of the scan, which tell how far they
+/// The best rigid start, and even samples of the template and of the scan, which show how far they
 /// are apart.
 struct RigidAlignment {
   std::array<double, 16> motion{};  ///< row by row
