@@ -129,7 +129,7 @@ class Tracker(Stream):
             ten, by a registration, which takes as long as `dynmesh.register`. `report.recovered`
             says whether it was found. A frame in which it stays lost is as without `recover`.
         resolution: on how many vertices of the template the iterations of a frame run. "best": on
-            at most 2 500, half of them, and then on all. A number, at least 1: "live", on so
+            at most 2 500, half of them, and then on all. A number, at least 1: on so
             many, from which the others follow by their shape, which is faster, with larger errors;
             docs/reference/tracking.md has figures. A template that has no more vertices is tracked
             on all of them.

@@ -142,6 +142,8 @@ def named_like(frames: Frames, folder: Path) -> tuple[Path, list[str]]:
         return folder, []
     with naming(path):
         found = with_gaps(path, suffix)
+    if not found.files:
+        return folder, []
     by_number = dict(zip(found.numbers, found.names, strict=True))
     if found.pattern is not None:
         names = FrameNames(folder, found.pattern)
