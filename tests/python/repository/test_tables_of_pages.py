@@ -109,7 +109,7 @@ def test_the_constants_in_the_pages_are_those_of_the_code() -> None:
     defined: dict[str, set[float]] = {}
     for folder in ("shape", "surface_fit"):
         text = (REPOSITORY / "cpp" / "src" / folder / "constants.hpp").read_text()
-        for name, value in re.findall(r"^  \w+ (\w+) = ([-+\d.e]+);", text, flags=re.MULTILINE):
+        for name, value in re.findall(r"^  [\w:]+ (\w+) = ([-+\d.e]+);", text, flags=re.MULTILINE):
             defined.setdefault(name, set()).add(float(value))
     assert len(defined) > 50
     quoted = [
