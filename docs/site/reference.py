@@ -15,7 +15,7 @@ app: Any = None
 with contextlib.suppress(ImportError):  # not built
     from dynmesh.cli import VERBS, app
 
-MODULES = ("frames", "metrics", "baselines", "losses", "synth", "scans", "diagnosis", "topology")
+MODULES = ("frames", "metrics", "baselines", "losses", "synth", "scans", "topology")
 """What is documented beside the names of the package itself."""
 
 REPOSITORY = Path(__file__).parents[2]

@@ -23,7 +23,6 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from . import alignment as alignment
     from . import baselines as baselines
-    from . import diagnosis as diagnosis
     from . import errors as errors
     from . import formats as formats
     from . import frames as frames
@@ -84,7 +83,7 @@ _HOMES = {
 """What users import from here, and the module that has it, which is loaded at the first use."""
 
 _MODULES = {
-    *("alignment", "baselines", "diagnosis", "errors", "formats", "frames", "losses", "metrics"),
+    *("alignment", "baselines", "errors", "formats", "frames", "losses", "metrics"),
     *("polygons", "registration", "scans", "sequence", "topology", "whole_frames"),
 }
 """Those that have more."""

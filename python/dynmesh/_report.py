@@ -7,10 +7,14 @@ import sys
 import warnings
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from itertools import groupby
 from pathlib import Path
 from typing import Any, Literal
 
 Quality = Literal["good", "doubtful", "ruined", "failed"]
+
+_FEW = 5
+"""So many things are named, of many."""
 
 
 class DoubtfulWarning(UserWarning):
@@ -108,3 +112,42 @@ def counted(count: int, what: str) -> str:
     """Returns a number with its noun, such as "1 vertex" or "2 vertices"."""
     plural = "vertices" if what == "vertex" else f"{what}s"
     return f"{count} {what if count == 1 else plural}"
+
+
+def percent(share: float) -> str:
+    """Formats a share; never shows 0 % or 100 % for a share that is not exactly that."""
+    if 0 < share < 0.0005:
+        return "less than 0.1 %"
+    if 0.9995 < share < 1:
+        return "more than 99.9 %"
+    return f"{100 * share:.3g} %"
+
+
+def runs_of(numbers: Iterable[Any]) -> list[list[Any]]:
+    """Splits ascending numbers into runs of consecutive ones."""
+    along = groupby(enumerate(numbers), lambda item: item[1] - item[0])
+    return [[number for _, number in run] for _, run in along]
+
+
+def few(what: str, places: Iterable[Any]) -> str:
+    """Names the first of some things, such as "vertices 3, 7 and 12 others"."""
+    names = [str(place) for place in places]
+    return _few(what, names[:_FEW], len(names), _FEW)
+
+
+def few_frames(frames: Iterable[int], header: Any) -> str:
+    """Names the first of some frames, counted from 0, such as "frames 3, 7 to 9 and 12 others"."""
+    named, shown, counts = runs_of(map(int, frames)), list[str](), 0
+    for run in named[:_FEW]:
+        ends = run if len(run) < 3 else [run[0], run[-1]]
+        numbers = [str(header.number(frame)) for frame in ends]
+        shown += numbers if len(run) < 3 else [" to ".join(numbers)]
+        counts += len(run)
+    return _few("frame", shown, sum(map(len, named)), counts)
+
+
+def _few(what: str, shown: list[str], count: int, n_shown: int) -> str:
+    noun = counted(count, what).partition(" ")[2]
+    if count > n_shown:
+        return f"{noun} {', '.join(shown)} and {counted(count - n_shown, 'other')}"
+    return f"{noun} {listed(shown)}"

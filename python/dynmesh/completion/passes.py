@@ -16,14 +16,15 @@ from .._arrays import Mask
 from .._checks import check_positive
 from .._errors import SettingError, locating
 from .._progress import tracked
-from .._report import Quality
+from .._report import Quality, few_frames
 from ..completer import Completer, FrameReport
-from ..diagnosis.finding import frames_listed
 from ..frame import Frame, Frames
+from ..geometry import mean_edge_of
 from ..header import Header
 from ..run import Records
 from ..settings import Settings
 from .start import Start, StartFrame
+from .watched import Watched
 
 _BLOCK = 1 << 25  # bytes of frames that are read forwards, to be completed backwards
 
@@ -75,9 +76,11 @@ class Tally:
         are_empty: whether hardly anything was observed, by the numbers of the frames.
         dropped: number of vertices that were left missing.
         seen: (k,) which vertices were known in any of the frames that were completed.
+        watched: what was noticed of the known positions.
     """
 
     seen: Mask
+    watched: Watched
     reports: list[FrameReport] = field(default_factory=list)
     wrong: dict[int, FrameReport] = field(default_factory=dict)
     are_empty: dict[int, bool] = field(default_factory=dict)
@@ -99,7 +102,7 @@ def verdict(tally: Tally, start: StartFrame, header: Header) -> tuple[Quality, s
     for quality, messages in (("ruined", ruined), ("doubtful", doubtful)):
         wrong = {number: one for number, one in tally.wrong.items() if one.quality == quality}
         if wrong:
-            frames = frames_listed(sorted(wrong), header)
+            frames = few_frames(sorted(wrong), header)
             messages.append(f"in {frames}, {wrong[min(wrong)].reason}")
     if start.made is not None and start.made.doubtful:
         doubtful.append(
@@ -144,7 +147,13 @@ def completed_frames(
             completed.
     """
     bidirectional, drop_above = settings.get("bidirectional", False), settings.get("drop_above")
-    tally = Tally(np.zeros(source.n_vertices, np.bool_))
+    watched = Watched(
+        source,
+        mean_edge_of(start.points, source.faces),
+        settings.get("noise"),
+        rejects=settings.get("reject_outliers", False),
+    )
+    tally = Tally(np.zeros(source.n_vertices, np.bool_), watched)
     whole = start.frame(completer.dtype, completer.settings["uncertainty"])
     out, *further = passes = _passes(start.number, source.n_frames, bidirectional)
     kept = replace(header, attributes=whole.attributes())
@@ -189,7 +198,7 @@ def completed_frames(
             frame = replace(frame, points=points, known=known)
         return frame if header.has_standard_error else replace(frame, standard_error=None)
 
-    with contextlib.closing(_frames(source, passes)) as read:
+    with contextlib.closing(_frames(watched, source, passes)) as read:
         frames = tracked(read, sum(map(len, passes)), "completing", progress)
         for number, frame in go(out, whole):
             waiting.store(number, frame)
@@ -222,16 +231,15 @@ def _passes(number: int, n_frames: int, bidirectional: bool) -> list[range]:
     return [out, across if number < 0 else across[1:], across[-2::-1]]
 
 
-def _frames(source: Frames, passes: list[range]) -> Generator[Frame, None, None]:
+def _frames(watched: Watched, source: Frames, passes: list[range]) -> Generator[Frame, None, None]:
     """Yields the frames in the order of their completion, in constant memory."""
     block = max(1, _BLOCK // (source.n_vertices * 3 * source.dtype.itemsize))
     for way in passes:
         if way and way.step < 0:
             for end in range(way[0] + 1, way[-1], -block):
-                yield from reversed(list(source.frames(max(way[-1], end - block), end)))
+                yield from reversed(list(watched.frames(max(way[-1], end - block), end)))
         elif way:
-            with contextlib.closing(source.frames(way[0], way[-1] + 1)) as frames:
-                yield from frames
+            yield from watched.frames(way[0], way[-1] + 1)
 
 
 def combined(one: Frame, other: Frame) -> Frame:

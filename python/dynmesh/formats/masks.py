@@ -28,7 +28,6 @@ class MaskedFrames(FileFrames):
         self, reader: Stored, known: Mask | str | PathLike[str] | None, *, zero_is_missing: bool
     ) -> None:
         self._reader = reader
-        self.is_given = known is not None
         self._zero_is_missing = zero_is_missing
         shape = (reader.n_frames, reader.n_vertices)
         self._mask_files = [path_of("known", known)] if isinstance(known, str | PathLike) else []
@@ -45,15 +44,13 @@ class MaskedFrames(FileFrames):
     def _frames(self, numbers: Indices) -> Iterator[Frame]:
         frames = self._reader.frames_at(numbers)
         for number, frame in zip(numbers, frames, strict=True):
-            finite: Mask = np.asarray(np.isfinite(frame.points).all(axis=1))
-            known = finite if frame.known is None else frame.known
+            known = frame.known
+            if known is None:
+                known = np.asarray(np.isfinite(frame.points).all(axis=1))
             if self._known is not None:
                 file = self._mask_files[0] if self._mask_files else None
                 with locating(frame=self.header.number(number), file=file):
                     known = as_mask(np.array(self._known[number]))
-                    if 0 < finite.sum() < finite.size and (known == ~finite).all():
-                        message = "just the vertices that are not finite are known: is it inverted?"
-                        raise InputError(message, argument="known")
             for listed in (None, number):
                 if listed in self._damaged:
                     known = known.copy()

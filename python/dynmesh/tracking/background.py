@@ -165,19 +165,20 @@ class Background:
 
     Attributes:
         planes: floor and walls, once :meth:`find` or :meth:`enter` was called.
+        removes_planes: whether they are to be left out.
         follows: whether the box of the mesh matters, as the crop is a distance from it.
     """
 
     def __init__(self, crop: Crop | str | None, remove_planes: bool) -> None:
         check_flags(remove_planes=remove_planes)
         self._crop = crop_of(crop)
-        self._removes_planes = remove_planes
+        self.removes_planes = remove_planes
         self.planes: list[Plane] = []
         self.follows = isinstance(self._crop, float)
         self._box = np.zeros((2, 3))
 
     def __bool__(self) -> bool:
-        return self._removes_planes or self._crop is not None
+        return self.removes_planes or self._crop is not None
 
     def follow(self, points: Positions) -> None:
         """Notes where the mesh is."""
@@ -189,7 +190,7 @@ class Background:
         They are sought in the whole scan, as they are hardly larger than the subject in a crop.
         """
         self.follow(template)
-        if self._removes_planes:
+        if self.removes_planes:
             self.planes = planes_around(template, faces, scan.cloud)
 
     def enter(self, scan: Scan, faces: NDArray[Any], template: Positions) -> Scan:
@@ -203,23 +204,9 @@ class Background:
     @property
     def remark(self) -> str:
         """What was asked for, but not found in the first scan."""
-        if not self._removes_planes or self.planes:
+        if not self.removes_planes or self.planes:
             return ""
         return "no plane was removed, as none in the scan is larger than the template"
-
-    def advice(self, left: Scan, faces: NDArray[Any], template: Positions) -> str:
-        """Says that floor or walls are left of a scan, and what to do; empty if none are.
-
-        They are sought in what each camera sees, since cameras that are misread scatter the parts
-        of the subject.
-        """
-        if not any(planes_around(template, faces, cloud) for cloud in left.clouds):
-            return ""
-        options = "`crop`" if self._removes_planes else "`remove_planes` or `crop`"
-        return (
-            f"the scan shows a plane larger than the template, such as a floor; {options} leaves "
-            "it out"
-        )
 
     def without(self, scan: AnyScan) -> AnyScan:
         """Returns the scan without the room."""

@@ -4,6 +4,7 @@ A template that lies in the scan may be turned there. So it is tracked from ther
 unless that fits.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -13,19 +14,17 @@ from numpy.typing import NDArray
 
 from .._arrays import Positions
 from .._errors import InputError, locating
+from ..advice.fit import contents, sizes
 from ..alignment import Alignment, find_alignment
 from ..completion.start import template_of
 from ..frame import Frames
 from ..geometry import size_of
 from ..registration import Landmarks, Registration, register
 from ..scan import inside_out
-from ..scans import DepthScan, Scan, ScanReader
+from ..scans import Scan, ScanReader
 from ..tracker import Tracker, TrackingReport
 from .background import Background
-from .corrections import wrong_camera
-from .landmarks import exchanged
-from .surface import Surface
-from .units import Units, ratio_of
+from .units import Units
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,10 +36,8 @@ class Placed:
         distance: how far it was before, in mean edges.
         alignment: the rigid motion that put it there, if no registration was good; else None.
         registration: of the template with the scan, if it lay elsewhere.
-        doubt: why it is doubtful, as the registration or the cameras are, and what to do; empty if
-            it is not.
-        remark: that the scan is larger or smaller than the template, if it is doubtful; or empty.
-        advice: what to look at if the template is lost.
+        doubt: why it is doubtful, as the registration is; empty if it is not.
+        advice: says what to look at if the template is lost.
     """
 
     points: Positions
@@ -48,8 +45,7 @@ class Placed:
     alignment: Alignment | None = None
     registration: Registration | None = None
     doubt: str = ""
-    remark: str = ""
-    advice: str = ""
+    advice: Callable[[], str] = str
 
 
 def push_scan(tracker: Tracker, scan: Scan | None) -> Positions:
@@ -75,18 +71,13 @@ def placed_in(
 ) -> Placed:
     """Finds the template in the first scan with points, and the room around it."""
     template, faces = template_of(mesh), mesh.faces
-    with_points = (
-        (number, scan)
-        for number, scan in enumerate(scans.frames())
-        if scan is not None and scan.has_points
-    )
-    number, scan = next(with_points, (0, None))
+    with_points = (scan for scan in scans.frames() if scan is not None and scan.has_points)
+    scan = next(with_points, None)
     if scan is None:
         raise InputError("no frame has points", file=scans.path)
     scan = scan.scaled(units.factor)
     with locating(file=scans.path):
         scan = room.enter(scan, faces, template)
-    rooms = room.advice(scan, faces, template)
     with locating(file=mesh.path):
         result = find_alignment(faces, template, scan.cloud)
     away = (
@@ -94,28 +85,26 @@ def placed_in(
         f"({result.before * result.mean_edge:.3g} in its unit) away"
     )
 
-    def sizes() -> str:
-        size = size_of(template[np.unique(faces)])
-        return units.told(ratio_of(scan, template, faces), size)
+    def told(*faults: str) -> str:
+        """What is wrong, what there is, and what can be done."""
+        seen = contents(scan, template, faces, room)
+        return "; ".join(filter(None, [*faults, seen, advice]))
 
     if result.other_unit:
-        why = sizes() or rooms or inside_out(scan)
-        raise InputError("; ".join(filter(None, [away, why, advice])), file=mesh.path)
-    # The walls of a room face its middle.
-    advice = "; ".join(filter(None, [rooms or inside_out(scan), advice]))
-    placed = partial(Placed, distance=result.before, advice=advice)
-    start, tracked, cameras = template, None, ""
+        size = size_of(template[np.unique(faces)])
+        stated = sizes(size_of(scan.cloud) / units.factor, size, units)
+        raise InputError(told(away, stated), file=mesh.path)
+    placed = partial(Placed, distance=result.before, advice=told)
+    start, tracked = template, None
     if result.matches:
         if not result.lies_in_scan:
             moved = template.astype(np.float64) @ result.rotation.T + result.shift
             start = moved.astype(template.dtype)
         with locating(file=scans.path):
             tracked = _tracked_from(start, faces, scan, threads)
-        if isinstance(scan, DepthScan):
-            cameras = wrong_camera(scan, scans.cameras_of(number), Surface(faces, start))
     fits = tracked is not None and (tracked.quality == "good" or tracked.cause == "unseen")
     if landmarks is None and result.lies_in_scan and fits:
-        return placed(template, doubt=cameras)
+        return placed(template)
     if landmarks is not None:
         landmarks = landmarks[0], landmarks[1] * units.factor
     with locating(file=mesh.path):
@@ -123,21 +112,17 @@ def placed_in(
     doubt = registered.reason
     if not doubt and tracked is not None and tracked.cause == "size":
         doubt = tracked.reason  # the registration has made it larger or smaller
-    elif doubt:
-        missing = "`landmarks` say where ends and corners, for example, belong"
-        wrong = missing if landmarks is None else exchanged(template, landmarks)
-        doubt = "; ".join(filter(None, [doubt, wrong]))
-        placed = partial(placed, remark=sizes())
+    elif doubt and landmarks is None:
+        doubt += "; `landmarks` say where ends and corners, for example, belong"
     if doubt and landmarks is None and tracked and tracked.misfit <= registered.misfit:
         # Tracking will tell whether it explains the points, but not what has none.
         doubt = doubt if registered.cause in ("size", "part") else ""
         alignment = None if result.lies_in_scan else result
-        return placed(start, alignment=alignment, doubt=cameras or _registered(doubt))
+        return placed(start, alignment=alignment, doubt=_registered(doubt))
     if registered.quality == "ruined" and not result.lies_in_scan:
         fault = f"{away}, {result.after:.3g} after the best rigid motion: {doubt}"
-        raise InputError("; ".join(filter(None, [fault, sizes(), advice])), file=mesh.path)
-    doubt = cameras or _registered(doubt)
-    return placed(registered.vertices, registration=registered, doubt=doubt)
+        raise InputError(told(fault), file=mesh.path)
+    return placed(registered.vertices, registration=registered, doubt=_registered(doubt))
 
 
 def _registered(doubt: str) -> str:

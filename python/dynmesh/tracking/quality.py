@@ -1,6 +1,6 @@
 """How well scans were tracked, and whether that makes the result doubtful."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, fields
 from itertools import groupby
 from typing import Any, Literal, NamedTuple
@@ -94,7 +94,7 @@ class Fits:
 
     Attributes:
         mean_edge: of the template.
-        advice: what to do if the first frame is ruined or a camera suspected.
+        advice: says what to do if the first frame is not good or a camera suspected.
         start: why the start is doubtful; empty if it is not.
         total: the points of all cameras.
         cameras: those of each one that has points.
@@ -104,7 +104,7 @@ class Fits:
     """
 
     mean_edge: float = 1.0
-    advice: str = ""
+    advice: Callable[[], str] = str
     start: str = ""
     total: Counts = field(default_factory=Counts)
     cameras: dict[str, Counts] = field(default_factory=dict)
@@ -195,8 +195,8 @@ class Fits:
                 "parts, may be wrong"
             )
         starts_badly = self.tracked and self.tracked[0].report.quality != "good"
-        if self.advice and (self.suspects or starts_badly):
-            messages.append(self.advice)
+        if (self.suspects or self.start or starts_badly) and (advice := self.advice()):
+            messages.append(advice)
         how = {"good": "", "doubtful": "doubtful: ", "ruined": "probably ruined: "}[self.quality]
         return how + "; ".join(messages)
 

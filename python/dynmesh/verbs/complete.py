@@ -11,22 +11,17 @@ from .._arrays import Mask
 from .._checks import check_flags
 from .._errors import naming
 from .._options import Input, Method
-from .._report import Report, counted
+from .._report import Report, counted, percent
 from ..completer import Completer
 from ..completion.passes import SequenceSettings, Tally, completed_frames, verdict, with_implied
 from ..completion.start import Start, StartFrame, check_start, open_with_template, start_in
 from ..completion.training import Training, TrainingFrames
-from ..diagnosis.finding import percent
 from ..formats import OneSequence
-from ..formats.masks import MaskedFrames
 from ..formats.times import index_of
 from ..frame import Frame, Frames
 from ..polygons import Faces
 from ..run import Run
 from ..sequence import result_of
-
-_FEW = 0.2
-"""A separate mask that knows a smaller share in most frames may be inverted."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,7 +40,8 @@ class CompletionReport(Report):
         filled: number of vertices that were filled in.
         disconnected: number of vertices that no edges connected to a known one.
         rejected: number of vertices that were observed but treated as missing: see
-            `reject_outliers`.
+            `reject_outliers`; held ones are not among them.
+        held: number of known positions that are held, as `reject_outliers` explains.
         empty: number of frames of which hardly anything was observed.
         prior_weight: with training, how far its poses were used, from 0 to 1, on average over the
             frames in which some vertices were known and others missing; None if there are none.
@@ -62,6 +58,7 @@ class CompletionReport(Report):
     filled: int
     disconnected: int
     rejected: int
+    held: int = 0
     empty: int = 0
     prior_weight: float | None = None
     prior_share: float | None = None
@@ -150,8 +147,9 @@ def complete(
             motion vectors as in the paper, and is fast.
         noise: standard deviation of the noise of known positions, in their unit, which are then
             smoothed; without it, they are exact.
-        reject_outliers: whether known vertices that do not move like those around them count as
-            missing.
+        reject_outliers: whether known vertices count as missing that do not move like those around
+            them, or are held: a sensor repeats their last position, bit for bit, while the surface
+            beside them moves.
         training: complete frames of the same mesh, such as a range-of-motion recording, from which
             method detail learns how it varies; one file or several.
         learn: whether to learn from the completed frames; twice as slow.
@@ -232,13 +230,12 @@ def _report(
     estimated = [one for one in reports if one.known and one.filled] if is_trained else []
     counts = ("known", "filled", "disconnected", "rejected")
     quality, reason = verdict(tally, whole, source.header)
-    shares = [one.known / source.n_vertices for one in reports]
     return CompletionReport(
         quality=quality,
         reason=reason,
         remarks=(
             *whole.remarks(source.header),
-            *_of_mask(source, shares),
+            *tally.watched.remarks(),
             *_of_unseen(source, tally.seen),
         ),
         frames=source.n_frames,
@@ -246,18 +243,12 @@ def _report(
         completed=len(reports),
         seconds_per_frame=float(np.median([one.seconds for one in reports])) if reports else None,
         **{name: sum(getattr(one, name) for one in reports) for name in counts},
+        held=tally.watched.held.count,
         empty=sum(tally.are_empty.values()),
         prior_weight=float(np.mean([one.prior_weight for one in estimated])) if estimated else None,
         prior_share=float(np.mean([one.prior_share for one in estimated])) if estimated else None,
         dropped=tally.dropped,
     )
-
-
-def _of_mask(source: Frames, shares: list[float]) -> Iterator[str]:
-    """Yields what is probably wrong with a separate mask, of which frames know these shares."""
-    share = float(np.median(shares or [1.0]))
-    if isinstance(source, MaskedFrames) and source.is_given and share < _FEW:
-        yield f"only {share:.0%} are known in most frames: is the mask inverted?"
 
 
 def _of_unseen(source: Frames, seen: Mask) -> Iterator[str]:

@@ -9,7 +9,7 @@ from typing import Any
 from .. import formats
 from .._options import Input, Output
 from .._report import Quality, Report, some_of
-from ..diagnosis import Diagnosis, diagnose
+from ..advice.diagnosis import Diagnosis, diagnose
 from ..formats import OneSequence, Source
 from ..formats.times import spacing
 from ..frame import Frames
@@ -17,12 +17,6 @@ from ..polygons import Faces
 
 _WIDTH = 80  # of findings, which are long
 _MOST_NAMES = 5
-_FRAME = {"detail": (10.2, 1.37), "motion": (0.483, 1.03)}
-"""The milliseconds of a frame of 10 000 vertices, and the power of the number of vertices by which
-they grow: the row of the method in docs/tables/sizes.csv."""
-_SLOWEST = 1.5
-"""The 99th percentile of that time is at most so many times the median, while the mask stays, after
-the first four frames: the largest of method detail in docs/tables/latency.csv."""
 _ERRORS_OF = {"position": "of coordinates", "surface": "of distances from the surface"}
 
 
@@ -183,18 +177,3 @@ def _rows(diagnosis: Diagnosis) -> Iterator[tuple[str, str]]:
         closed = "" if topology.boundary_edges else ", closed"
         yield "boundary edges", f"{topology.boundary_edges}{closed}"
         yield "refused faces", str(len(topology.refused_faces))
-    yield "time of a frame", frame_time(header.n_vertices)
-
-
-def frame_time(n_vertices: int) -> str:
-    """Says how long the completion of a frame takes, and which method keeps up with 60 Hz."""
-    size = n_vertices / 10_000
-    # The call itself takes a hundredth of a millisecond.
-    times = {name: max(0.01, ms * size**power) for name, (ms, power) in _FRAME.items()}
-    message = ", ".join(f"{float(f'{ms:.2g}'):g} ms by {name}" for name, ms in times.items())
-    fast = [name for name, ms in times.items() if _SLOWEST * ms <= 1000 / 60]
-    verdict = "both hold" if len(fast) == 2 else f"{fast[0]} holds" if fast else "neither holds"
-    return (
-        f"about {message} (median; after the first four frames, the 99th percentile is up to "
-        f"{_SLOWEST} times that), if 30 % are known, on one core of an Intel Xeon: {verdict} 60 Hz"
-    )

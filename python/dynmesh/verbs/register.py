@@ -15,6 +15,7 @@ from .._errors import InputError
 from .._options import Input, Method
 from .._progress import steps
 from .._report import Report, as_json
+from ..advice.fit import contents, misplaced, sizes
 from ..completion.start import template_of
 from ..draw.page import Page
 from ..draw.page import page as scan_page
@@ -24,16 +25,14 @@ from ..geometry import size_of
 from ..polygons import Faces, Mesh
 from ..registration import Landmarks, Registration
 from ..run import Run
-from ..scan import PointScan, Scan, inside_out
+from ..scan import PointScan, Scan
 from ..scans import ScanReader
 from ..sequence import Sequence
 from ..tracking.background import Background, Crop
-from ..tracking.landmarks import exchanged, read_landmarks
+from ..tracking.landmarks import read_landmarks
 from ..tracking.single_scan import open_single
-from ..tracking.units import ratio_of, units_of
+from ..tracking.units import units_of
 
-_MISPLACED = 0.03
-"""Farther from its position than this share of the diagonal, a landmark is named."""
 _LONG = ("vertices", "standard_error")
 """What :meth:`RegisterReport.to_dict` does not say of a result."""
 
@@ -136,9 +135,8 @@ def registered(
         own = template_of(mesh)
         first = np.asarray(own / units.factor, own.dtype)  # in the unit of the scan
 
-        def sizes(left: Scan) -> str:
-            ratio = ratio_of(left, first, mesh.faces)
-            return units.told(ratio, size_of(own[np.unique(mesh.faces)]))
+        def stated(left: Scan) -> str:
+            return sizes(size_of(left.cloud), size_of(own[np.unique(mesh.faces)]), units)
 
         def fit(left: Scan) -> Registration:
             try:
@@ -156,7 +154,8 @@ def registered(
                 about = marked[0] if str(error).startswith("landmarks: ") else None
                 message = str(error)
                 if "same unit" in message:
-                    message = sizes(left) or room.advice(left, mesh.faces, first) or message
+                    seen = contents(left, first, mesh.faces, room)
+                    message = "; ".join(filter(None, [stated(left) or message, seen]))
                 raise InputError(message, file=about) from error
 
         def make() -> Generator[Frame, None, RegisterReport]:
@@ -166,22 +165,22 @@ def registered(
                     raise InputError("all of its images are missing or damaged")
                 left = room.enter(measured, mesh.faces, first)
                 result = fit(left)
-                remark = rooms = ""
+                remark = seen = ""
                 if scale:
                     remark = (
                         f"the template became {result.scale * result.growth:.3g} times as large"
                     )
                 elif result.quality != "good":
-                    remark = sizes(left)
                     # A plane in the scan of a larger subject may be a part of it.
-                    if not remark or result.cause != "size":
-                        rooms = room.advice(left, mesh.faces, first)
+                    if result.cause != "size":
+                        seen = contents(left, first, mesh.faces, room)
+                    remark = "" if seen else stated(left)
                     if remark and result.cause != "part":
                         remark += "; `scale` finds it in any size"
             yield Frame(result.vertices)
-            reason = _reason(result, first, left, marks, align, rooms)
+            reason = _reason(result, left, marks, align, seen)
             return RegisterReport(
-                quality="doubtful" if reason and result.quality == "good" else result.quality,
+                quality=result.quality,
                 reason=reason,
                 remarks=(*filter(None, [remark, room.remark]), *reader.lost),
                 registration=result,
@@ -229,24 +228,14 @@ def _opened(template: OneSequence) -> Iterator[Frames]:
 
 
 def _reason(
-    registration: Registration,
-    template: Positions,
-    scan: Scan,
-    landmarks: Landmarks | None,
-    align: bool,
-    rooms: str,
+    registration: Registration, scan: Scan, landmarks: Landmarks | None, align: bool, seen: str
 ) -> str:
-    """The quality and its reason, and what to do about it; empty if it is good.
-
-    A mirrored template may fit well. Then only landmarks tell.
-    """
+    """The quality and its reason, and what to do about it; empty if it is good."""
     if registration.quality == "good":
-        wrong = "" if landmarks is None else exchanged(template, landmarks)
-        return f"doubtful: {wrong}, or the template is mirrored" if wrong else ""
-    wrong = rooms or inside_out(scan)  # as the walls of a room face its middle
+        return ""
+    wrong = seen
     if landmarks is not None:
-        wrong = wrong or exchanged(template, landmarks) or _elsewhere(landmarks, scan)
-        wrong = wrong or _misplaced(registration, landmarks)
+        wrong = wrong or misplaced(registration.vertices, landmarks, scan)
     message = ": ".join(filter(None, [registration.quality, wrong, registration.reason]))
     if registration.cause in ("unseen", "pose", "place") and not align:
         message += "; the template was not moved into the scan, which `align` does"
@@ -265,27 +254,6 @@ def _reason(
 
 def _lacks_cameras(scan: Scan) -> bool:
     return isinstance(scan, PointScan) and scan.viewpoints is None
-
-
-def _elsewhere(landmarks: Landmarks, scan: Scan) -> str:
-    """Says that no landmark is near the scan; empty if one is."""
-    away = min(np.linalg.norm(scan.cloud - position, axis=1).min() for position in landmarks[1])
-    if away <= _MISPLACED * size_of(scan.cloud):
-        return ""
-    return (
-        f"all landmarks are {away:.3g} or farther from the points of the scan; their positions "
-        "must be in its unit and its axes"
-    )
-
-
-def _misplaced(registration: Registration, landmarks: Landmarks) -> str:
-    """Names the landmark that is farthest from its vertex; empty if none is far."""
-    vertices, positions = landmarks
-    distances = np.linalg.norm(registration.vertices[vertices] - positions, axis=1)
-    worst = int(distances.argmax())
-    if distances[worst] <= _MISPLACED * np.linalg.norm(np.ptp(registration.vertices, axis=0)):
-        return ""
-    return f"vertex {vertices[worst]} lies {distances[worst]:.3g} from its landmark"
 
 
 @overload

@@ -6,10 +6,10 @@ from .._checks import path_of
 from .._errors import InputError
 from .._options import Input
 from .._progress import steps
+from ..advice.cameras import RigReport, judge_rig
 from ..formats import PathLike
 from ..scans.reader import read_rig
 from ..tracking.background import Background, Crop
-from ..tracking.rig import RigReport, judge_rig
 
 
 def rig(
@@ -25,13 +25,15 @@ def rig(
 ) -> RigReport:
     """Says what is wrong with the cameras of depth images, and how their file is corrected.
 
-    The usual misreadings are tried on the first scan: inverted poses, axes of OpenGL, transposed
-    rotations, exchanged cameras, flipped images, depths along rays, millimetres. The result is
-    doubtful if the cameras do not fit.
+    Some scans are compared with one another, and the first one with the template. If they disagree,
+    every single reading of the file is tried: inverted poses, axes of OpenGL, millimetres, images
+    of another size, depths along rays, mirrored images. The result is doubtful if the cameras do
+    not fit. A single camera cannot be judged, unless the template lies where its points are.
 
     Args:
         scans: depth images, as for tracking.
-        template: the mesh, in about the pose of the first scan; without it, nothing is judged.
+        template: the mesh, in about the pose of the first scan; of a single camera, also in its
+            place.
         cameras: the file of the cameras; else, `cameras.json` beside the scans.
         scan_unit: the unit of length of scans and cameras: m, cm, mm, km, inch, foot, yard, or a
             number of metres; else, as their files state it, or that of the template.

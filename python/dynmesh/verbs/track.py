@@ -14,6 +14,7 @@ from .._errors import locating
 from .._options import Input, Method
 from .._progress import steps, tracked
 from .._report import Report, counted, write_csv
+from ..advice.fit import command
 from ..alignment import Alignment
 from ..completion.training import Training, TrainingFrames
 from ..formats import OneSequence, PathLike
@@ -38,8 +39,6 @@ from ..tracking.units import units_of
 _NAMED = 3
 """Lost images that are named."""
 
-_LOOK = "dynmesh rig {} --template {} tells whether the cameras are read as they are meant"
-
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class TrackReport(Report):
@@ -49,9 +48,8 @@ class TrackReport(Report):
         frames: number of frames.
         quality: that of the frames together of which more than hardly anything was measured: the
             best of any three that follow one another, and of nine tenths of all. A good one is
-            "doubtful" if a camera is suspected, hardly anything was measured of most frames, the
-            registration is doubtful, or the points of cameras lie beside the template in the first
-            scan and a small error of a camera, or of the size, explains it.
+            "doubtful" if a camera is suspected, hardly anything was measured of most frames, or the
+            registration is doubtful.
         seconds_per_frame: median time of the tracker, without reading and writing; None if no frame
             was tracked.
         observed: share of the vertices that had a correspondence in the scan, on average over the
@@ -207,7 +205,18 @@ def track(
         mesh = stack.enter_context(formats.opened(template, "template"))
         reader = open_scans(path, cameras=cameras, gaps=gaps)
         units = units_of(reader, mesh, scan_unit, template_unit)
-        look = _LOOK.format(path, mesh.path) if isinstance(reader, DepthReader) else ""
+        look = ""
+        if isinstance(reader, DepthReader) and isinstance(template, str | os.PathLike):
+            options: dict[str, Any] = {
+                "template": template,
+                "cameras": cameras,
+                "scan_unit": scan_unit,
+                "template_unit": template_unit,
+                "crop": crop,
+                "remove_planes": remove_planes,
+            }
+            words = command("rig", path, **options)
+            look = f"{words} tells whether the cameras are read as they are meant"
         marks = read_landmarks(marked[0]) if marked else None
         learnt = Training(training, mesh, progress)
         header = replace(
@@ -276,7 +285,7 @@ def _report(
     return TrackReport(
         quality=fits.quality,
         reason=fits.reason,
-        remarks=(*filter(None, [at.remark, room.remark]), *fits.remarks),
+        remarks=(*filter(None, [room.remark]), *fits.remarks),
         frames=reader.n_frames,
         seconds_per_frame=float(np.median([each.seconds for each in reports])) if reports else None,
         observed=float(np.mean([report.seen for report in reports])) if reports else None,

@@ -222,3 +222,11 @@ def test_after_a_rest_the_pose_does_not_depend_on_rounding_errors() -> None:
     expected = complete(0)
     for shift in (0.01, 0.3, 7.3, -100.0):
         np.testing.assert_allclose(complete(shift), expected, rtol=0, atol=1e-9)
+
+
+def test_a_mirrored_training_set_is_refused_and_one_in_other_poses_is_not() -> None:
+    walker, other = dynmesh.synth.walker(1), dynmesh.synth.walker(12, seed=1).vertices
+    template = walker.faces, walker.vertices[0]
+    dynmesh.Completer(*template, training=other[..., [1, 2, 0]])
+    with pytest.raises(ValueError, match="training: the frames are mirror images of the mesh"):
+        dynmesh.Completer(*template, training=other * np.array([-1, 1, 1], np.float32))

@@ -216,7 +216,8 @@ def test_an_origin_goes_on_until_more_than_positions_change(tmp_path: Path) -> N
 
 
 def test_a_ruined_second_pass_replaces_a_doubtful_first_one() -> None:
-    tally, known = Tally(np.zeros(3, np.bool_)), np.ones(3, np.bool_)
+    nothing: Any = None
+    tally, known = Tally(np.zeros(3, np.bool_), nothing), np.ones(3, np.bool_)
     report = dynmesh.Completer([[0, 1, 2]], np.eye(3)).report
     for quality in ("doubtful", "ruined", "doubtful"):
         tally.add(1, replace(report, known=3, quality=quality), known)

@@ -53,9 +53,8 @@ def test_estimates_are_no_observations_elsewhere(tmp_path: Path) -> None:
     left: Any = dynmesh.read(tmp_path / "partial.npz").known
     np.testing.assert_array_equal(left & ~KNOWN, np.zeros_like(KNOWN))
     assert left.sum() > 0.9 * KNOWN.sum()
-    np.testing.assert_allclose(
-        dynmesh.diagnosis.diagnose(COMPLETED).known_share, KNOWN.mean(axis=1)
-    )
+    diagnosis: Any = dynmesh.info(COMPLETED).diagnosis
+    np.testing.assert_allclose(diagnosis.known_share, KNOWN.mean(axis=1))
     whole = dynmesh.whole_frames.whole_frame(COMPLETED.faces, COMPLETED, frame=3)
     np.testing.assert_array_equal(whole.known, KNOWN[3])
     for made in (
@@ -267,22 +266,6 @@ def test_damaged_vertices_are_listed_in_lines_of_text(tmp_path: Path) -> None:
     run(*words, "--template", tmp_path / "whole.obj")
     made = dynmesh.read(tmp_path / "out.npz").vertices
     assert np.abs(made - SHOT.vertices).max() < 0.2
-
-
-@pytest.mark.parametrize("inverted", [False, True])
-def test_an_inverted_mask_is_asked_about(tmp_path: Path, inverted: bool) -> None:
-    known = np.stack(list(dynmesh.losses.random_known(6, 100, 0.89)))
-    dynmesh.write(tmp_path / "in.npz", SHOT)
-    np.save(tmp_path / "mask.npy", ~known if inverted else known)
-    dynmesh.write(tmp_path / "whole.obj", SHOT[:1])
-    words = ("complete", tmp_path / "in.npz", tmp_path / "out.npz", "--mask")
-    said = run(*words, tmp_path / "mask.npy", "--template", tmp_path / "whole.obj").stderr
-    assert ("11%" in said) == inverted
-    if inverted:
-        holes = np.where(known[..., None], SHOT.vertices, np.nan)
-        np.savez(tmp_path / "in.npz", vertices=holes, faces=SHOT.faces)
-        said = run(*words, tmp_path / "mask.npy", "--overwrite", code=2).stderr
-        assert "just the vertices that are not finite are known" in said
 
 
 @pytest.mark.parametrize("hidden", ["patch", "single vertices", "in one frame"])

@@ -329,14 +329,3 @@ def test_a_template_in_another_step_is_registered(walking: Path, tmp_path: Path)
     to_file.track(walking / "scans", tmp_path / "out.npz", template=tmp_path / "body.npz")
     truth = dynmesh.read(walking / "truth.npz")
     assert error(dynmesh.read(tmp_path / "out.npz"), truth).max() < 1.5
-
-
-def test_exchanged_landmarks_are_named(walking: Path, tmp_path: Path) -> None:
-    dynmesh.write(tmp_path / "body.npz", dynmesh.synth.walker()[10:11])
-    tips = json.loads((walking / "tips.json").read_text())
-    tips[0]["vertex"], tips[4]["vertex"] = tips[4]["vertex"], tips[0]["vertex"]
-    (tmp_path / "exchanged.json").write_text(json.dumps(tips))
-    words = ("track", walking / "scans", tmp_path / "exchanged.npz", "--template")
-    wrong = ("--landmarks", tmp_path / "exchanged.json")
-    told = run(*words, tmp_path / "body.npz", *wrong, code=3).stderr
-    assert "vertices 6201 and 3079 are probably exchanged" in told

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._arrays import Floats, Positions
+from ..draw.figures import SURFACE_COLOUR
+from ..draw.page.document import FIELD_OF_VIEW, Unit, embedded, new_plot, number_of
 from ..scans import DepthScan
-from .figures import SURFACE_COLOUR
-from .page.document import FIELD_OF_VIEW, Unit, embedded, new_plot, number_of
 
 _COLOURS = (0x0072B2, 0xD55E00, 0x009E73, 0xCC79A7, 0xE69F00, 0x56B4E9, 0x7A5195, 0x444444)
 _MOST_POINTS = 4000

@@ -1,0 +1,77 @@
+"""What is told where a template does not fit a scan: what is there, and what can be done."""
+
+import shlex
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import _core
+from .._arrays import Positions
+from ..geometry import size_of
+from ..registration import Landmarks
+from ..scan import Scan, inside_out
+from ..tracking.background import Background, planes_around
+from ..tracking.units import Units
+
+_MISPLACED = 0.03
+"""Farther from its position than this share of the diagonal, a landmark is named."""
+
+
+def sizes(of_scan: float, of_template: float, units: Units) -> str:
+    """States the diagonals of a scan and a template in their units; empty if they are alike."""
+    ratio = of_scan * units.factor / of_template
+    if 1 / _core.other_size < ratio < _core.other_size:
+        return ""
+    ours, theirs = ("no unit stated" if unit is None else f"in {unit:g} m" for unit in units)
+    advice = "; `template_unit` and `scan_unit` state units" if None in units else ""
+    return (
+        f"the scan is {ratio:.3g} times as large as the template: its diagonal is {of_scan:.3g} "
+        f"({theirs}), that of the template {of_template:.3g} ({ours}){advice}"
+    )
+
+
+def contents(scan: Scan, template: Positions, faces: NDArray[np.integer], room: Background) -> str:
+    """Says that a scan shows floor or walls, or the inside of a body; empty if it does not.
+
+    Floor and walls are sought in what each camera sees, since cameras that are misread scatter the
+    parts of the subject. The walls of a room face its middle.
+    """
+    if not any(planes_around(template, faces, cloud) for cloud in scan.clouds):
+        return inside_out(scan)
+    options = "`crop`" if room.removes_planes else "`remove_planes` or `crop`"
+    return (
+        f"the scan shows a plane larger than the template, such as a floor; {options} leaves it out"
+    )
+
+
+def misplaced(vertices: Positions, landmarks: Landmarks, scan: Scan) -> str:
+    """Names the landmark that is farthest from its vertex; empty if none is far.
+
+    Args:
+        vertices: (k, 3) of the template as it was registered.
+        landmarks: of the template.
+        scan: with which it was registered.
+    """
+    marked, positions = landmarks
+    away = min(np.linalg.norm(scan.cloud - position, axis=1).min() for position in positions)
+    if away > _MISPLACED * size_of(scan.cloud):
+        return (
+            f"all landmarks are {away:.3g} or farther from the points of the scan; their positions "
+            "must be in its unit and its axes"
+        )
+    distances = np.linalg.norm(vertices[marked] - positions, axis=1)
+    worst = int(distances.argmax())
+    if distances[worst] <= _MISPLACED * size_of(vertices):
+        return ""
+    return f"vertex {marked[worst]} lies {distances[worst]:.3g} from its landmark"
+
+
+def command(verb: str, path: object, **options: Any) -> str:
+    """Returns a command of the shell, with the options that are given."""
+    words = ["dynmesh", verb, str(path)]
+    for name, value in options.items():
+        if value is not None and value is not False:
+            listed = ",".join(map(str, value)) if isinstance(value, tuple) else str(value)
+            words += ["--" + name.replace("_", "-"), *([] if value is True else [listed])]
+    return shlex.join(words)

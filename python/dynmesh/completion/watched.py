@@ -1,0 +1,217 @@
+"""Known positions that are watched while they are read: held ones, and how far they scatter."""
+
+import contextlib
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._arrays import Floats, Integers, Mask, Positions
+from .._report import counted, few, few_frames
+from ..frame import Frame, Frames
+from ..header import Header
+from ..topology import cells
+
+_MANY_TIMES = 5.0
+_LEAST = 1e-3
+"""The motion differs between a held position and a moved neighbour by more than so many times as
+much as between the latter and others that moved, by their median, and than this share of the mean
+edge, as of outliers."""
+
+_OTHER = 3.0
+"""The noise is another one if the positions scatter by so many times more or less."""
+_ENOUGH = 100
+_SECOND = 12 * 2.366
+"""Of independent errors, the median square of a second difference of an edge, in variances: two
+ends, of which each has 1 + 4 + 1, times the median of chi-squared with three degrees of freedom."""
+
+
+def edges_of(faces: NDArray[np.integer[Any]], n_vertices: int) -> Integers:
+    """Returns the vertices of each edge, (e, 2) int64, the lesser first."""
+    offsets, neighbours = cells(faces, n_vertices)
+    own = np.repeat(np.arange(n_vertices), np.diff(offsets))
+    return np.stack([own, neighbours], axis=1)[own < neighbours].astype(np.int64)
+
+
+def parts_of(edges: Integers, n_vertices: int) -> Integers:
+    """Returns the number of the first vertex of the part of each vertex, as edges join them."""
+    part = np.arange(n_vertices)
+    while True:
+        least = part.copy()
+        for one, other in (edges.T, edges.T[::-1]):
+            np.minimum.at(least, one, part[other])
+        least = least[least]
+        if np.array_equal(least, part):
+            return part
+        part = least
+
+
+def medians_at(edges: Integers, values: Floats, n_vertices: int, *, lower: bool = False) -> Floats:
+    """Returns the upper or lower median of the values of edges at each vertex; 0 without any."""
+    both, twice = np.concatenate([edges[:, 0], edges[:, 1]]), np.tile(values, 2)
+    order = np.lexsort([twice, both])
+    counts = np.bincount(both, minlength=n_vertices)
+    middle = np.cumsum(counts) - counts + np.maximum(counts - lower, 0) // 2
+    return np.where(counts > 0, twice[order][np.minimum(middle, len(order) - 1)], 0.0)
+
+
+class Places:
+    """Counts vertices in frames, and keeps which ones they are.
+
+    Attributes:
+        count: how many there were, over all frames.
+        frames: in which there were any.
+    """
+
+    def __init__(self, n_vertices: int) -> None:
+        self.count = 0
+        self.frames: list[int] = []
+        self._met = np.zeros(n_vertices, np.bool_)
+
+    def add(self, number: int, mask: Mask) -> None:
+        """Adds those of a frame."""
+        if n := int(np.count_nonzero(mask)):
+            self.count += n
+            self.frames.append(number)
+            self._met |= mask
+
+    @property
+    def vertices(self) -> Integers:
+        """Those that were met in any frame."""
+        return np.flatnonzero(self._met)
+
+    @property
+    def places(self) -> dict[str, Any]:
+        """Where and how many they are, as keywords of a finding."""
+        return {"vertices": self.vertices, "frames": sorted(self.frames), "count": self.count}
+
+    def told(self, header: Header) -> str:
+        """Lists the first of them, such as "in frames 3 and 4: vertices 3, 7 and 12 others"."""
+        return f"in {few_frames(sorted(self.frames), header)}: {few('vertex', self.vertices)}"
+
+
+class Held:
+    """Finds positions that a sensor repeats where it has lost what it follows.
+
+    They are bit for bit those of the last frame, while the surface beside them moved on. What rests
+    beside a surface whose motion begins smoothly is not held, nor is anything where most rests.
+    """
+
+    def __init__(self, edges: Integers, mean_edge: float) -> None:
+        self._edges, self._least = edges, _LEAST * mean_edge
+        self._last: tuple[Positions, Mask] | None = None
+
+    def watch(self, points: Positions, known: Mask) -> Mask:
+        """Takes the next frame into account, and returns which of its vertices are held."""
+        held = np.zeros(len(points), np.bool_)
+        last, self._last = self._last, (points, known)
+        if last is None:
+            return held
+        both = known & last[1]
+        same = both & (points == last[0]).all(axis=1)
+        if not same.any() or 2 * np.count_nonzero(same) >= np.count_nonzero(both):
+            return held
+        edges = self._edges[both[self._edges].all(axis=1)]
+        motion = np.where(both[:, None], points.astype(np.float64) - last[0], 0.0)
+        apart = np.linalg.norm(motion[edges[:, 0]] - motion[edges[:, 1]], axis=1)
+        stays = same[edges]
+        moved, border = ~stays.any(axis=1), stays[:, 0] != stays[:, 1]
+        part = parts_of(edges[stays.all(axis=1)], len(points))
+        ends = edges[border]
+        inside, outside = ends[stays[border]], ends[~stays[border]]
+        usual = medians_at(edges[moved], apart[moved], len(points))[outside]
+        tears = apart[border] > np.maximum(_MANY_TIMES * usual, self._least)
+        torn, whole = (
+            np.bincount(part[of], minlength=len(points)) for of in (inside[tears], inside)
+        )
+        return np.asarray(same & (2 * torn > whole)[part])
+
+
+class Scatter:
+    """Estimates the noise of known positions from the second differences of edges over time."""
+
+    def __init__(self, edges: Integers) -> None:
+        self._edges = edges
+        self._before: list[tuple[Positions, Mask]] = []
+        self._squares: list[float] = []
+
+    def begin(self) -> None:
+        """Begins another run of frames."""
+        self._before.clear()
+
+    def watch(self, points: Positions, known: Mask) -> None:
+        """Takes the next frame of the run into account."""
+        self._before = [*self._before[-2:], (points, known)]
+        if len(self._before) < 3:
+            return
+        of_all = np.logical_and.reduce([known for _, known in self._before])
+        edges = self._edges[of_all[self._edges].all(axis=1)]
+        if len(edges) < _ENOUGH:
+            return
+        a, b, c = (
+            np.diff(points[edges].astype(np.float64), axis=1)[:, 0] for points, _ in self._before
+        )
+        self._squares.append(float(np.median(((a - 2 * b + c) ** 2).sum(axis=1))))
+
+    @property
+    def noise(self) -> float | None:
+        """The standard deviation of a coordinate, at most; None if too few are known in a row."""
+        return float(np.sqrt(np.median(self._squares) / _SECOND)) if self._squares else None
+
+
+class Watched:
+    """Reads frames in their order, and notes what is held and how far positions scatter.
+
+    Attributes:
+        held: where positions are held; a frame counts once, however often it is read.
+    """
+
+    def __init__(
+        self, source: Frames, mean_edge: float, noise: float | None, *, rejects: bool
+    ) -> None:
+        self._source, self._mean_edge, self._noise = source, mean_edge, noise
+        self._edges = edges_of(source.faces, source.n_vertices)
+        self._rejects = rejects
+        self._watched = set[int]()
+        self.held = Places(source.n_vertices)
+        self._scatter = Scatter(self._edges)
+
+    def frames(self, start: int, stop: int) -> Iterator[Frame]:
+        """Yields the frames ``[start:stop]``, without what is held if that is rejected."""
+        held, first = Held(self._edges, self._mean_edge), max(start - 1, 0)
+        self._scatter.begin()
+        with contextlib.closing(self._source.frames(first, stop)) as frames:
+            for number, frame in enumerate(frames, first):
+                repeated = held.watch(frame.points, frame.observed)
+                if number < start:
+                    continue
+                if number not in self._watched:
+                    self._watched.add(number)
+                    self.held.add(number, repeated)
+                    if self._noise is not None:
+                        self._scatter.watch(frame.points, frame.observed)
+                if self._rejects and repeated.any():
+                    frame = replace(frame, known=frame.claimed & ~repeated)
+                yield frame
+
+    def remarks(self) -> Iterator[str]:
+        """Says what is held, and whether the noise is another one than is stated."""
+        if self.held.count:
+            done = "they count as missing" if self._rejects else "`reject_outliers` leaves them out"
+            yield f"{told_of_held(self.held, self._source.header)}; {done}"
+        found, said = self._scatter.noise, self._noise
+        if found is not None and said and not 1 / _OTHER < found / said < _OTHER:
+            yield (
+                f"known positions scatter by about {found:.2g} from frame to frame, "
+                f"{found / said:.2g} times `noise`"
+            )
+
+
+def told_of_held(held: Places, header: Header) -> str:
+    """Says how many positions are held, and where."""
+    return (
+        f"{counted(held.count, 'known position')} held, the same bit for bit as in the frame "
+        f"before, while the surface beside moved, {held.told(header)}"
+    )
