@@ -1,4 +1,4 @@
-"""The findings of `dynmesh.diagnosis.diagnose` and `dynmesh info`."""
+"""The findings of `dynmesh.info` and `dynmesh info`."""
 
 import json
 import re

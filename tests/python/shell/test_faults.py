@@ -17,6 +17,7 @@ from conftest import LONGER, REPOSITORY
 from sequences import sea
 
 import dynmesh
+import dynmesh.evaluation.report
 from dynmesh import _core
 from dynmesh.formats.npz import NpzFrames
 from dynmesh.scans import depth_files
