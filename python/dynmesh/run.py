@@ -105,7 +105,7 @@ class Run(Frames, Generic[R]):
             ValueError: not all frames have been made yet.
         """
         if self._report is None:
-            message = "is there when all frames have been gone through, as write and read do"
+            message = "there is none yet: call read() or write() first, which go through all frames"
             raise InputError(message, argument="report")
         report: R = self._report
         return report
