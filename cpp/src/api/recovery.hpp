@@ -20,7 +20,7 @@
 #include "registration/rigid_starts.hpp"
 #include "shape/memory.hpp"
 #include "surface_fit/point_scan.hpp"
-#include "surface_fit/template_tracking.hpp"
+#include "surface_fit/surface_fit.hpp"
 
 namespace dynmesh {
 
@@ -44,7 +44,7 @@ class Recovery {
   }
 
   /// How the surface lies in the scan in which it was found.
-  [[nodiscard]] Measure measure(const Memory& memory, const TemplateTracking::Found& found) const {
+  [[nodiscard]] Measure measure(const Memory& memory, const FittedSurface& found) const {
     const Cells& cells = mesh_.topology.cells;
     Measure made = measured(found.agreements.all, found.observed, cells, first_, found.x);
     made.is_start = memory.tracking.is_start != 0;
@@ -62,12 +62,12 @@ class Recovery {
 
   /// Seeks the template from elsewhere than in `memory`. Returns the memory from which the surface
   /// was found again in `found`, with its measure, or nothing, and `found` is lost.
-  std::optional<Memory> find_again(TemplateTracking& surface, const Memory& memory,
-                                   const PointScan& measurement, TemplateTracking::Found& found,
+  std::optional<Memory> find_again(SurfaceFit& surface, const Memory& memory,
+                                   const PointScan& measurement, FittedSurface& found,
                                    Measure& measure, Memory& next) const {
     std::optional<Memory> start = memory;
     const auto is_found_from = [&](const Frame& frame) {
-      surface.place(frame, *start);
+      surface.whole().place(frame, *start);
       found = surface.fit(*start, measurement, next);
       measure = this->measure(memory, found);
       return !is_lost(measure);

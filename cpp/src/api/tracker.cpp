@@ -19,7 +19,7 @@
 #include "shape/memory.hpp"
 #include "surface_fit/point_scan.hpp"
 #include "surface_fit/scan_arguments.hpp"
-#include "surface_fit/template_tracking.hpp"
+#include "surface_fit/surface_fit.hpp"
 
 namespace dynmesh {
 
@@ -34,8 +34,8 @@ void describe_quality(TrackingReport& report) {
 
 /// Refuses a first scan that lies elsewhere than the template. Later ones may show that
 /// the subject has left.
-void check_first_scan(const PointScan& scan, const TemplateTracking::Found& found, Field last,
-                      const TemplateTracking& surface) {
+void check_first_scan(const PointScan& scan, const FittedSurface& found, Field last,
+                      const SurfaceLevel& surface) {
   const double far_share = found.agreements.all.far_share;
   const double observed = static_cast<double>(std::ranges::count(found.observed, 1)) /
                           static_cast<double>(found.observed.size());
@@ -87,8 +87,8 @@ struct Tracking {
   /// measured.
   TrackingReport track(const Memory& memory, const PointScan& measurement, Memory& next,
                        std::vector<Agreement>& sensor_agreements) {
-    TemplateTracking::Found found = surface.fit(memory, measurement, next);
-    if (memory.n_frames == 0) check_first_scan(measurement, found, memory.last, surface);
+    FittedSurface found = surface.fit(memory, measurement, next);
+    if (memory.n_frames == 0) check_first_scan(measurement, found, memory.last, surface.whole());
     TrackingReport report;
     report.measure = recovery.measure(memory, found);
     const bool is_due = recovery.is_due(memory, report.measure);
@@ -111,7 +111,7 @@ struct Tracking {
     stream.count_frames(memory, next);
     const Memory& from = again ? *again : memory;
     const bool is_lost = report.quality == Quality::ruined;
-    surface.measure_errors(from, is_lost, next);
+    surface.measure_errors(found, is_lost, from, next);
     surface.remember(from, moves, is_lost, next);
     recovery.remember(memory, report.measure, is_due, next);
     report.iterations = static_cast<std::size_t>(found.iterations);
@@ -133,7 +133,7 @@ struct Tracking {
 
   Stream& stream;
   std::vector<Vector3> first_frame;
-  TemplateTracking surface;
+  SurfaceFit surface;
   Recovery recovery;
 };
 
@@ -186,7 +186,7 @@ TrackingReport Tracker<Real>::push(const Scan<Real>& scan, Points<Real> tracked)
   const auto start = Stream::Clock::now();
   TrackingStream& stream = tracking_stream(*stream_);
   const PointScan measured =
-      point_scan_of(scan, stream.solver->surface.mean_edge(), stream.workers);
+      point_scan_of(scan, stream.solver->surface.whole().mean_edge(), stream.workers);
   check_output(tracked, n_vertices(),
                {{"points", Extent::of(scan.points)},
                 {"normals", Extent::of(scan.normals)},
@@ -200,7 +200,7 @@ TrackingReport Tracker<Real>::push_depth(std::span<const DepthImage> images, Poi
   const auto start = Stream::Clock::now();
   check_output(tracked, n_vertices(), {});
   TrackingStream& stream = tracking_stream(*stream_);
-  const TemplateTracking& surface = stream.solver->surface;
+  const SurfaceLevel& surface = stream.solver->surface.whole();
   const TrackingConstants& constants = surface.constants();
   return track(stream,
                point_scan_of(images, constants.jump * surface.mean_edge(),

@@ -30,10 +30,11 @@ double growth_of(const Cells& cells, Field before, Field after) {
   return ratios.empty() ? 1 : std::sqrt(quantile(std::move(ratios), 0.5));
 }
 
-double unexplained_share(const Matches& matches, double mean_edge, double far_share) {
+double unexplained_share(const MatchedPoints& points, double far_share) {
   std::vector<double> distances;
-  matches.for_each_near(
-      [&](const Place& place) { distances.push_back(std::sqrt(place.squared) / mean_edge); });
+  points.for_each_near([&](const Place& place) {
+    distances.push_back(std::sqrt(place.squared) / points.mean_edge);
+  });
   if (distances.empty()) return 1;
   const double limit = std::max(quality_limits.unexplained_edges,
                                 quality_limits.unexplained_medians * quantile(distances, 0.5));

@@ -7,7 +7,7 @@
 #include <dynmesh/types.hpp>
 #include <span>
 
-#include "surface_fit/matches.hpp"
+#include "surface_fit/surface_matcher.hpp"
 
 namespace dynmesh {
 
@@ -19,9 +19,9 @@ double growth_of(const Cells& cells, Field before, Field after);
 Measure measured(const Agreement& agreement, std::span<const std::uint8_t> observed,
                  const Cells& cells, Field first_frame, Field x);
 
-/// The share of the points that are farther from the surface than their noise. `matches` compared
-/// them last, and this share of them is far.
-double unexplained_share(const Matches& matches, double mean_edge, double far_share);
+/// The share of the points that are farther from the surface than their noise, after
+/// `update_distances`. `far_share` of them are far.
+double unexplained_share(const MatchedPoints& points, double far_share);
 
 Quality judged(const Measure& measure);
 

@@ -41,6 +41,8 @@ PoseSearch::PoseSearch(const Template& given, const Topology& topology, Workers&
       is_sheet_(find_sheets(given.faces, topology.component)),
       fine_(given.faces, topology, workers, given.frame, {}, given.training, settings.uncertainty,
             epsilon),
+      errors_(fine_.model(), fine_.materials(), fine_.plan(), fine_.constants(), workers,
+              settings.uncertainty),
       mesh_(decimated(given.faces, topology, given.frame, fine_.constants().coarse_vertices,
                       fine_.constants().fewest_vertices),
             fine_.model(), fine_.materials(), workers),
@@ -49,6 +51,7 @@ PoseSearch::PoseSearch(const Template& given, const Topology& topology, Workers&
       coarse_first_({mesh_.first_frame().begin(), mesh_.first_frame().end()}),
       coarse_memory_(coarse_first_) {
   fine_.begin(fine_first_);
+  fine_first_.errors = errors_.no_errors();
   coarse_.begin(coarse_first_);
   coarse_memory_ = coarse_first_;
 }
@@ -169,11 +172,9 @@ PoseSearch::Trial PoseSearch::bent(const Candidate& candidate) {
     coarse_.bend({.landmarks = guides, .yields_beyond = constants_.usual_departures},
                  constants_.bending_steps, coarse_memory_);
   }
-  const auto found = coarse_.compare(coarse_memory_.last, sample_);
-  return {candidate,
-          {found.x.begin(), found.x.end()},
-          found.agreements.all.far_share,
-          misfit_of(found)};
+  FittedSurface found = coarse_.agreement_with(sample_, coarse_memory_.last);
+  const double misfit = misfit_of(found);
+  return {candidate, std::move(found.x), found.agreements.all.far_share, misfit};
 }
 
 /// The coarse mesh of a trial, drawn to the scan.
@@ -184,18 +185,18 @@ PoseSearch::Trial PoseSearch::drawn(Trial trial) {
   const auto& [motion, landmarks, rough] = trial.candidate;
   const auto guides = guides_of(landmarks, motion, constants_.landmark_weight);
   Memory next = coarse_memory_;
-  const auto found = coarse_.fit(coarse_memory_, sample_,
-                                 {.landmarks = guides,
-                                  .fewest_iterations = constants_.iterations,
-                                  .yields_beyond = constants_.usual_departures},
-                                 next);
-  trial.x.assign(found.x.begin(), found.x.end());
+  FittedSurface found = coarse_.fit(coarse_memory_, sample_,
+                                    {.landmarks = guides,
+                                     .fewest_iterations = constants_.iterations,
+                                     .yields_beyond = constants_.usual_departures},
+                                    next);
   trial.far_share = found.agreements.all.far_share;
   trial.misfit = misfit_of(found);
+  trial.x = std::move(found.x);
   return trial;
 }
 
-double PoseSearch::misfit_of(const SurfaceTracking::Found& found) const {
+double PoseSearch::misfit_of(const FittedSurface& found) const {
   return found.agreements.all.far_share + found.agreements.all.disagreeing +
          mean_stretch(mesh_.topology().cells, mesh_.first_frame(), found.x);
 }
@@ -222,8 +223,8 @@ Pose PoseSearch::finished(const PointScan& scan, const Trial& trial) {
   coarse_.place(trial.x, coarse_memory_);
   Memory memory = fine_first_;
   Memory next = fine_first_;
-  Cloud start(template_.frame.size());
-  mesh_.restore(coarse_first_, coarse_memory_, fine_first_, fine_first_.m, memory, start);
+  const Cloud start =
+      mesh_.restored(coarse_first_, coarse_memory_, fine_first_, fine_first_.m, memory);
   fine_.place(start, memory);
   fine_.forget_shape(memory);
   std::vector<Landmark> landmarks;
@@ -232,26 +233,27 @@ Pose PoseSearch::finished(const PointScan& scan, const Trial& trial) {
   }
   const TrackingConstants& tracking = fine_.constants();
   Pose pose;
+  FittedSurface found;
   double weight = 1;  // of a point, as a multiple of that in tracking
   bool yields = false;
   while (!pose.converged && pose.rounds < constants_.most_rounds) {
     if (settings_.before_step) settings_.before_step();
-    Guides guides = {landmarks, tracking.most_iterations, weight};
+    FitOptions guides = {landmarks, tracking.most_iterations, weight};
     if (yields) {
       guides.fewest_iterations = tracking.final_iterations;
       guides.yields_beyond = constants_.usual_departures;
     }
-    const auto found = fine_.fit(memory, scan, guides, next);
+    found = fine_.fit(memory, scan, guides, next);
     const bool stays = mean_distance(found.x, memory.last) < constants_.settled * fine_.mean_edge();
     pose.converged = stays && yields;
     ++pose.rounds;
-    pose.x.assign(found.x.begin(), found.x.end());
-    pose.observed.assign(found.observed.begin(), found.observed.end());
+    pose.x = found.x;
+    pose.observed = found.observed;
     pose.measure.agreement = found.agreements.all;
     if (settings_.uncertainty) {
       next.generations.classify(topology_.cells, pose.observed);
       const bool is_lost = pose.measure.agreement.far_share > quality_limits.ruined_far;
-      fine_.measure_errors(memory, is_lost, next);
+      errors_.measure(found, is_lost, memory, next);
     }
     std::ranges::copy(pose.x, next.last.begin());
     fine_.remember(memory, true, next);
@@ -265,19 +267,19 @@ Pose PoseSearch::finished(const PointScan& scan, const Trial& trial) {
   }
   pose.standard_errors = memory.errors.standard_errors;
   pose.motion = to_eigen(fit_rigid_motion(template_.frame, pose.x));
-  judge(scan, pose);
+  judge(scan, found.points, pose);
   return pose;
 }
 
-void PoseSearch::judge(const PointScan& scan, Pose& pose) const {
+void PoseSearch::judge(const PointScan& scan, const MatchedPoints& points, Pose& pose) const {
   const double size = size_of_surface(template_.faces, pose.x);
+  const auto normals = fine_.normals_of(pose.x);
   const auto coverage = coverage_of({template_.faces, topology_.cells, template_.frame, pose.x,
-                                     fine_.matches().normals(), is_sheet_, fine_.mean_edge(), size},
+                                     normals, is_sheet_, fine_.mean_edge(), size},
                                     scan);
   pose.measure =
       measured(pose.measure.agreement, pose.observed, topology_.cells, template_.frame, pose.x);
-  pose.measure.unexplained =
-      unexplained_share(fine_.matches(), fine_.mean_edge(), pose.measure.agreement.far_share);
+  pose.measure.unexplained = unexplained_share(points, pose.measure.agreement.far_share);
   pose.measure.hole = coverage.hole;
   pose.measure.overlap = coverage.overlap;
   pose.measure.quality = judged(pose.measure);

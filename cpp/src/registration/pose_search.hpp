@@ -18,7 +18,8 @@
 #include "registration/constants.hpp"
 #include "surface_fit/coarse_surface.hpp"
 #include "surface_fit/point_scan.hpp"
-#include "surface_fit/surface_tracking.hpp"
+#include "surface_fit/surface_errors.hpp"
+#include "surface_fit/surface_level.hpp"
 
 namespace dynmesh {
 
@@ -77,12 +78,12 @@ class PoseSearch {
   std::vector<Trial> trials_of(const std::vector<Candidate>& candidates);
   Trial bent(const Candidate& candidate);
   Trial drawn(Trial trial);
-  [[nodiscard]] double misfit_of(const SurfaceTracking::Found& found) const;
+  [[nodiscard]] double misfit_of(const FittedSurface& found) const;
   [[nodiscard]] std::vector<Landmark> guides_of(const Targets& landmarks,
                                                 const Eigen::Isometry3d& motion,
                                                 double weight) const;
   Pose finished(const PointScan& scan, const Trial& trial);
-  void judge(const PointScan& scan, Pose& pose) const;
+  void judge(const PointScan& scan, const MatchedPoints& points, Pose& pose) const;
 
   static constexpr const RegistrationConstants& constants_ = registration_constants;
 
@@ -90,9 +91,10 @@ class PoseSearch {
   const Topology& topology_;
   const RegistrationSettings& settings_;
   std::vector<std::uint8_t> is_sheet_;
-  SurfaceTracking fine_;
+  SurfaceLevel fine_;
+  SurfaceErrors errors_;  // of the fine level
   CoarseSurface mesh_;
-  SurfaceTracking coarse_;
+  SurfaceLevel coarse_;
   Memory fine_first_, coarse_first_;  // of frame 0
 
   // Of a run:

@@ -5,7 +5,7 @@
 
 #include "base/geometry.hpp"
 #include "base/statistics.hpp"
-#include "surface_fit/matches.hpp"
+#include "surface_fit/surface_matcher.hpp"
 
 namespace dynmesh {
 namespace {
@@ -43,40 +43,43 @@ std::vector<std::uint8_t> find_strays(const PointScan& scan, std::span<const std
 
 }  // namespace
 
-double Matches::distance_of_far() const {
-  const double squared_widest = std::pow(constants_.radius * mean_edge_, 2);
+double distance_of_far(const MatchedPoints& points, double widest) {
   double sum = 0;
   double n = 0;
-  for (const Place& place : found_) {
-    if (!is_far(place)) continue;
-    sum += std::min(place.squared, squared_widest);
+  for (const Place& place : points.places) {
+    if (!points.is_far(place)) continue;
+    sum += std::min(place.squared, std::pow(widest, 2));
     n += 1;
   }
   return n > 0 ? std::sqrt(sum / n) : 0;
 }
 
-Agreements Matches::agreements() const {
-  const PointScan& scan = *measurement_;
+Agreements agreements_of(const MatchedPoints& points, const TrackingConstants& constants) {
+  const PointScan& scan = *points.scan;
+  const double mean_edge = points.mean_edge;
   std::vector<std::uint8_t> is_near(scan.size(), 1);  // points that were left out are no strays
-  for (std::size_t i = 0; i < found_.size(); ++i) is_near[order_[i]] = is_far(found_[i]) ? 0 : 1;
-  const auto strays = find_strays(scan, is_near, constants_);
+  for (std::size_t i = 0; i < points.places.size(); ++i) {
+    is_near[points.numbers[i]] = points.is_far(points.places[i]) ? 0 : 1;
+  }
+  const auto strays = find_strays(scan, is_near, constants);
   Agreements found{no_points(), std::vector<Agreement>(scan.sensors.size(), no_points())};
-  for (std::size_t i = 0; i < found_.size(); ++i) {
-    if (strays[order_[i]] != 0) continue;
+  for (std::size_t i = 0; i < points.places.size(); ++i) {
+    const std::size_t number = points.numbers[i];
+    if (strays[number] != 0) continue;
     const auto add_to = [&](Agreement& sums) {
       ++sums.points;
-      if (is_far(found_[i])) {
+      if (points.is_far(points.places[i])) {
         ++sums.far_share;
         return;
       }
-      sums.disagreeing += agrees_[i] != 0 ? 0 : 1;
-      sums.distance += found_[i].squared / (mean_edge_ * mean_edge_);
+      sums.disagreeing += points.agrees[i] != 0 ? 0 : 1;
+      sums.distance += points.places[i].squared / (mean_edge * mean_edge);
     };
     add_to(found.all);
-    if (!found.of_sensors.empty()) add_to(found.of_sensors[scan.sensor_of(order_[i])]);
+    if (!found.of_sensors.empty()) add_to(found.of_sensors[scan.sensor_of(number)]);
   }
-  average(found.all, mean_edge_);
-  for (Agreement& sums : found.of_sensors) average(sums, mean_edge_);
+  average(found.all, mean_edge);
+  for (Agreement& sums : found.of_sensors) average(sums, mean_edge);
   return found;
 }
 

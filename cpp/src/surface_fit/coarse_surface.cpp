@@ -56,10 +56,7 @@ CoarseSurface::CoarseSurface(DecimatedMesh mesh, const ShapeModel& whole,
       nearest_(nearest_to(whole.topology.cells, mesh_.vertices)),
       anchors_(anchors_at(mesh_.vertices, whole.size())),
       system_(whole.k, whole.plan, workers),
-      rotations_(whole.surroundings, workers),
-      turns_(whole.clusters().size()),
-      shape_(whole.size()),
-      kx_(whole.size()) {
+      rotations_(whole.surroundings, workers) {
   if (anchors_.any_solved()) system_.factorize(anchors_);
 }
 
@@ -117,29 +114,31 @@ void CoarseSurface::choose(const Memory& memory, Memory& coarse) const {
 
 /// As method detail: Q is turned further as the coarse vertices were, and X is solved for; then Q
 /// is fitted to it, and X is solved for again.
-void CoarseSurface::restore(const Memory& last, const Memory& next, const Memory& memory,
-                            Field rest, Memory& found, std::span<Vector3> x) {
-  for (std::size_t c = 0; c < turns_.size(); ++c) {
-    const std::size_t coarse = nearest(whole_.clusters().centres[c]);
+std::vector<Vector3> CoarseSurface::restored(const Memory& last, const Memory& next,
+                                             const Memory& memory, Field rest, Memory& found) {
+  std::vector<Quaternion> turns;  // (clusters,)
+  for (const Index centre : whole_.clusters().centres) {
+    const std::size_t coarse = nearest(centre);
     const auto& [w, i, j, k] = last.q[coarse];
-    turns_[c] = product(next.q[coarse], {w, -i, -j, -k});
+    turns.push_back(product(next.q[coarse], {w, -i, -j, -k}));
   }
-  rotations_.turn_further(turns_, memory.q, found.q);
-  std::ranges::copy(memory.last, x.begin());
+  rotations_.turn_further(turns, memory.q, found.q);
+  std::vector<Vector3> x = memory.last;
   for (std::size_t c = 0; c < size(); ++c) x[at(mesh_.vertices[c])] = next.last[c];
-  std::vector<Vector3> steps(x.size());
+  std::vector<Vector3> shape(x.size()), kx(x.size()), steps(x.size());
   for (int i = 0; i < 2 && anchors_.any_solved(); ++i) {
     if (i > 0) rotations_.fit(x, found.q);
     for (std::size_t v = 0; v < x.size(); ++v) {
       const double pull = materials_[at(whole_.topology.component[v])].pull;
-      shape_[v] = memory.m[v] + pull * (rest[v] - memory.m[v]);
+      shape[v] = memory.m[v] + pull * (rest[v] - memory.m[v]);
     }
-    turn(found.q, shape_, shape_, workers_);
-    system_.apply(x, 1, kx_);
-    system_.solve<1>([&](std::size_t v, std::size_t) { return shape_[v] - kx_[v]; }, x, anchors_,
+    turn(found.q, shape, shape, workers_);
+    system_.apply(x, 1, kx);
+    system_.solve<1>([&](std::size_t v, std::size_t) { return shape[v] - kx[v]; }, x, anchors_,
                      steps);
     for (std::size_t v = 0; v < x.size(); ++v) x[v] = x[v] + steps[v];
   }
+  return x;
 }
 
 }  // namespace dynmesh

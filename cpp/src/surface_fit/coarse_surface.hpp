@@ -42,11 +42,11 @@ class CoarseSurface {
   /// Copies what a memory of the whole surface holds of the coarse vertices, but for the shape.
   void choose(const Memory& memory, Memory& coarse) const;
 
-  /// Finds X, (k,), for the positions and rotations of the coarse mesh in `next`, which were those
-  /// in `last` in the frame of `memory`. `rest` is the rest shape. `found` then holds the rotations
-  /// of X.
-  void restore(const Memory& last, const Memory& next, const Memory& memory, Field rest,
-               Memory& found, std::span<Vector3> x);
+  /// (k,) X for the positions and rotations of the coarse mesh in `next`, which were those in
+  /// `last` in the frame of `memory`. `rest` is the rest shape. `found` then holds the rotations of
+  /// X.
+  [[nodiscard]] std::vector<Vector3> restored(const Memory& last, const Memory& next,
+                                              const Memory& memory, Field rest, Memory& found);
 
  private:
   [[nodiscard]] double ratio() const;
@@ -61,10 +61,6 @@ class CoarseSurface {
   Anchors anchors_;             // always the same, so that the whole system is factored once
   ShapeSystem system_;
   Rotations rotations_;
-
-  // Of the current frame:
-  std::vector<Quaternion> turns_;  // (clusters,)
-  std::vector<Vector3> shape_, kx_;
 };
 
 }  // namespace dynmesh

@@ -1,9 +1,13 @@
 #include "surface_fit/lost_components.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
+#include <functional>
 #include <numeric>
+#include <optional>
+#include <utility>
+#include <vector>
 
 #include "base/geometry.hpp"
 #include "base/point_tree.hpp"
@@ -17,6 +21,24 @@ constexpr std::size_t most_places = 6;
 constexpr int steps_of_approach = 15;
 /// The share of a component that must have points where it is found.
 constexpr double least_share = 0.6;
+
+/// Points with normals of unit length, or of 0 where that is not known.
+struct OrientedPoints {
+  std::vector<Vector3> points;
+  std::vector<Vector3> normals;
+};
+
+/// The points that are far from a surface.
+OrientedPoints unexplained_of(const MatchedPoints& points) {
+  OrientedPoints far;
+  for (std::size_t i = 0; i < points.places.size(); ++i) {
+    if (!points.is_far(points.places[i])) continue;
+    const auto& [position, normal, is_undecided] = points.points[i];
+    far.points.push_back(position);
+    far.normals.push_back(is_undecided ? Vector3{} : normal);
+  }
+  return far;
+}
 
 /// The shifts that bring the middle of a component to clusters of points of about its size.
 std::vector<Vector3> shifts_to(const OrientedPoints& unexplained, const Vector3& middle,
@@ -116,8 +138,7 @@ void erase_explained(const OrientedPoints& part, const Eigen::Isometry3d& motion
   unexplained = std::move(left);
 }
 
-}  // namespace
-
+/// The motion of a part to where most of it has points, which are then erased, or nothing.
 std::optional<Eigen::Isometry3d> found_among(const OrientedPoints& part,
                                              OrientedPoints& unexplained, double mean_edge,
                                              const TrackingConstants& constants) {
@@ -142,6 +163,38 @@ std::optional<Eigen::Isometry3d> found_among(const OrientedPoints& part,
   }
   if (best) erase_explained(part, *best, mean_edge, unexplained);
   return best;
+}
+
+}  // namespace
+
+bool find_lost(std::span<const std::uint8_t> is_placed, const MatchedPoints& points,
+               const Visibility& visibility, Field normals, const Topology& topology,
+               const TrackingConstants& constants, std::span<Vector3> x) {
+  OrientedPoints unexplained = unexplained_of(points);
+  std::vector<std::vector<std::size_t>> seen(is_placed.size());
+  for (std::size_t v = 0; v < x.size(); ++v) {
+    const std::size_t component = at(topology.component[v]);
+    if (is_placed[component] == 0 && visibility.is_seen[v] != 0) seen[component].push_back(v);
+  }
+  std::vector<std::size_t> order(seen.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::stable_sort(order, std::greater{}, [&](std::size_t c) { return seen[c].size(); });
+  bool any = false;
+  for (const std::size_t component : order) {
+    OrientedPoints part;
+    const std::size_t every = 1 + seen[component].size() / constants.vertices_of_search;
+    for (std::size_t i = 0; i < seen[component].size(); i += every) {
+      part.points.push_back(x[seen[component][i]]);
+      part.normals.push_back(normals[seen[component][i]]);
+    }
+    const auto motion = found_among(part, unexplained, points.mean_edge, constants);
+    if (!motion) continue;
+    any = true;
+    for (std::size_t v = 0; v < x.size(); ++v) {
+      if (at(topology.component[v]) == component) x[v] = from_eigen(*motion * to_eigen(x[v]));
+    }
+  }
+  return any;
 }
 
 }  // namespace dynmesh

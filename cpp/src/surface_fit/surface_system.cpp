@@ -18,7 +18,7 @@ SurfaceSystem::SurfaceSystem(const ShapeModel& model, const std::vector<double>&
       workers_(workers),
       ties_(ties),
       coarse_(model.topology.cells, model.first_frame, model.clusters(), normal, ties_),
-      factor_(std::make_shared<const FactorPlan>(normal, model.plan->elimination), workers),
+      plan_(std::make_shared<const FactorPlan>(normal, model.plan->elimination)),
       scaled_(model.size()) {}
 
 /// (k,) the weights that hold the vertices.
@@ -41,7 +41,8 @@ void SurfaceSystem::factorize(std::span<const SurfaceRow> rows, std::span<const 
     diagonal[tie.i] += tie.weight;
     diagonal[tie.j] += tie.weight;
   }
-  factor_.factorize(std::vector<std::uint8_t>(diagonal.size(), 1), diagonal);
+  if (!factor_) factor_.emplace(plan_, workers_);
+  factor_->factorize(std::vector<std::uint8_t>(diagonal.size(), 1), diagonal);
   coarse_.factorize(rows, factor, weights, ties_);
 }
 
@@ -63,10 +64,10 @@ void SurfaceSystem::multiply(Field x, std::span<Vector3> product) {
 
 /// x = the inverse of the factored matrix times the right side.
 void SurfaceSystem::apply_factor(Field right_side, std::span<Vector3> x) {
-  const auto order = factor_.order();
+  const auto order = factor_->order();
   workers_.for_each_in_chunks(order.size(),
                               [&](std::size_t r) { scaled_[r] = right_side[at(order[r])]; });
-  factor_.solve(scaled_, 1);
+  factor_->solve(scaled_, 1);
   workers_.for_each_in_chunks(order.size(), [&](std::size_t r) { x[at(order[r])] = scaled_[r]; });
 }
 

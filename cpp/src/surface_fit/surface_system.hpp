@@ -6,6 +6,7 @@
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -41,12 +42,14 @@ class SurfaceSystem {
 
   [[nodiscard]] std::span<const double> membrane() const { return membrane_; }
   /// That of N + mu C.
-  [[nodiscard]] const std::shared_ptr<const FactorPlan>& plan() const { return factor_.plan(); }
+  [[nodiscard]] const std::shared_ptr<const FactorPlan>& plan() const { return plan_; }
 
   /// Factors the preconditioner for rows whose weights are multiplied by `factor`. It serves for
   /// others with about these weights.
   void factorize(std::span<const SurfaceRow> rows, std::span<const Landmark> landmarks,
                  double factor);
+  /// Frees the memory of the factor until it is made again.
+  void release() { factor_.reset(); }
 
   /// (k,) W, the weights of the rows of K; 1 at first.
   [[nodiscard]] std::span<double> resistance() { return resistance_; }
@@ -73,8 +76,9 @@ class SurfaceSystem {
   Workers& workers_;
   std::span<const Tie> ties_;
   CoarseSpace coarse_;
-  MaskedFactor factor_;          // of the preconditioner, at all vertices
-  std::vector<Vector3> scaled_;  // (k,) the vector that is multiplied by C, or solved for
+  std::shared_ptr<const FactorPlan> plan_;
+  std::optional<MaskedFactor> factor_;  // of the preconditioner, at all vertices
+  std::vector<Vector3> scaled_;         // (k,) the vector that is multiplied by C, or solved for
 };
 
 }  // namespace dynmesh

@@ -159,12 +159,17 @@ Visibility find_visibility(std::span<const Triangle> faces, std::span<const Inde
         }
       },
       static_cast<Index>(k));
-  Visibility found{std::vector<std::uint8_t>(k), std::vector<std::uint8_t>(k), {}};
+  Visibility found{std::vector<std::uint8_t>(k), {}, {}};
+  std::vector<std::uint8_t> is_hidden(k);
   for (std::size_t v = 0; v < k; ++v) {
     std::uint8_t any = 0;
     for (const auto& view : views) any |= view[v];
-    found.is_hidden[v] = any == faces_it ? 1 : 0;
+    is_hidden[v] = any == faces_it ? 1 : 0;
     found.is_seen[v] = (any & sees_it) != 0 ? 1 : 0;
+  }
+  for (const Triangle& face : faces) {
+    const auto hides = [&](Index v) { return is_hidden[at(v)] != 0; };
+    found.is_hidden.push_back(std::ranges::all_of(face, hides) ? 1 : 0);
   }
   found.shares.resize(at(last + 1));
   double sum = 0;

@@ -11,13 +11,20 @@
 
 namespace dynmesh {
 
+/// What sensors can see of a surface of several components; empty for a single one.
 struct Visibility {
-  /// (k,) 1 for vertices that another component hides from every sensor that they face.
-  std::vector<std::uint8_t> is_hidden;
   /// (k,) 1 for vertices that face a sensor from which no other component hides them.
   std::vector<std::uint8_t> is_seen;
+  /// (faces,) 1 for triangles of which another component hides each corner from every sensor that
+  /// the corner faces.
+  std::vector<std::uint8_t> is_hidden;
   /// (components,) the share of each in what the sensors see of the surface.
   std::vector<double> shares;
+
+  /// Whether a point can lie on a triangle: it belongs to the outermost layer on its line of sight.
+  [[nodiscard]] bool shows(std::uint32_t face) const {
+    return is_hidden.empty() || is_hidden[face] == 0;
+  }
 };
 
 /// Draws the surface as each sensor sees it, with about two pixels for each mean edge (Catmull

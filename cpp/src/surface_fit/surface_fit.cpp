@@ -1,0 +1,85 @@
+#include "surface_fit/surface_fit.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "base/geometry.hpp"
+#include "mesh/decimation.hpp"
+
+namespace dynmesh {
+namespace {
+
+/// The number of vertices of the mesh on which the iterations run.
+std::size_t most_vertices(const TrackingConstants& constants, std::size_t resolution,
+                          std::size_t n_vertices) {
+  if (resolution > 0) return resolution;
+  if (n_vertices <= constants.coarse_vertices) return n_vertices;
+  return std::min(constants.coarse_vertices, n_vertices / constants.share_of_vertices);
+}
+
+}  // namespace
+
+SurfaceFit::SurfaceFit(const std::vector<Triangle>& faces, const Topology& topology,
+                       Workers& workers, Field first_frame, const TrainingFrames& training,
+                       const Options& options)
+    : whole_(faces, topology, workers, first_frame, {}, training, options.uncertainty,
+             options.epsilon),
+      errors_(whole_.model(), whole_.materials(), whole_.plan(), whole_.constants(), workers,
+              options.uncertainty),
+      is_live_(options.resolution > 0) {
+  const TrackingConstants& constants = whole_.constants();
+  // The points do not tell how far cloth slides, so that it needs all iterations itself.
+  const std::size_t most = most_vertices(constants, options.resolution, first_frame.size());
+  if (most >= first_frame.size() || (whole_.any_slides() && !is_live_)) return;
+  auto mesh = decimated(faces, topology, first_frame, most, constants.fewest_vertices);
+  if (mesh.vertices.size() == first_frame.size()) return;
+  coarse_ = std::make_unique<Coarse>(std::move(mesh), whole_, training, options.epsilon, workers);
+}
+
+SurfaceFit::Coarse::Coarse(DecimatedMesh mesh, SurfaceLevel& whole, const TrainingFrames& training,
+                           double epsilon, Workers& workers)
+    : surface(std::move(mesh), whole.model(), whole.materials(), workers),
+      level(surface.faces(), surface.topology(), workers, surface.first_frame(),
+            surface.constants_of(whole.constants()), surface.chosen(training), false, epsilon,
+            surface.materials()),
+      first({surface.first_frame().begin(), surface.first_frame().end()}) {
+  level.measure_heights(whole);
+  level.begin(first);
+}
+
+void SurfaceFit::begin(Memory& memory) const {
+  whole_.begin(memory);
+  memory.errors = errors_.no_errors();
+  if (coarse_ == nullptr) return;
+  memory.tracking.coarse_fit = coarse_->first.fit;
+  memory.tracking.coarse_departures = coarse_->first.departures;
+}
+
+FittedSurface SurfaceFit::fit(const Memory& memory, const PointScan& scan, Memory& next) {
+  if (coarse_ == nullptr) return whole_.fit(memory, scan, {}, next);
+  auto& [surface, level, first] = *coarse_;
+  Memory last = first;
+  surface.choose(memory, last);
+  level.find_shape(last);
+  Memory found = last;
+  SurfaceFrame frame = level.find(last, scan, {}, found);
+  found.last = std::move(frame.x);
+  level.fit_rotations(found);
+  next.tracking.coarse_fit = found.fit;
+  next.tracking.coarse_departures = level.departures(found, memory.tracking.coarse_departures);
+  auto x = surface.restored(last, found, memory, whole_.rest_shape(memory.fit), next);
+  const int most_iterations = is_live_ ? 0 : whole_.constants().whole_iterations;
+  return whole_.refine(std::move(x), memory, scan, most_iterations, frame.iterations, next);
+}
+
+void SurfaceFit::remember(const Memory& memory, bool moves, bool is_lost, Memory& next) {
+  whole_.remember(memory, moves, next);
+  if (!is_lost) {
+    next.departures = whole_.departures(next, memory.departures);
+  } else {
+    next.departures = memory.departures;
+    next.tracking.coarse_departures = memory.tracking.coarse_departures;
+  }
+}
+
+}  // namespace dynmesh

@@ -1,0 +1,323 @@
+#include "surface_fit/surface_matcher.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <limits>
+#include <utility>
+
+#include "base/geometry.hpp"
+#include "base/statistics.hpp"
+
+namespace dynmesh {
+namespace {
+
+/// So many points along the curve are matched one after the other, each from the place of the one
+/// before it: always the same ones, so that results are the same for any number of threads.
+constexpr std::size_t in_a_row = 256;
+
+/// So that about as many as wanted are left of them; 1 if there are no more.
+std::size_t every_nth(std::size_t points, std::size_t wanted) {
+  const double spacing = static_cast<double>(points) / static_cast<double>(wanted);
+  return std::max<std::size_t>(static_cast<std::size_t>(std::llround(spacing)), 1);
+}
+
+}  // namespace
+
+SurfaceMatcher::SurfaceMatcher(std::span<const Triangle> faces, const Topology& topology,
+                               Workers& workers, const TrackingConstants& constants,
+                               Field first_frame, double mean_edge,
+                               std::span<const Material> materials, const Clusters& clusters)
+    : faces_(faces),
+      topology_(topology),
+      workers_(workers),
+      constants_(constants),
+      mean_edge_(mean_edge),
+      materials_(materials),
+      clusters_(clusters),
+      outside_(find_outsides(faces, topology, first_frame, mean_edge)),
+      boundary_(faces, topology, mean_edge, materials, constants),
+      places_(faces, first_frame) {
+  for (const Index of : topology.component) {
+    is_sheet_.push_back(materials_[at(of)].is_sheet ? 1 : 0);
+  }
+}
+
+MatchedPoints SurfaceMatcher::points_of(const PointScan& scan) const {
+  MatchedPoints some{&scan, mean_edge_, {}, {}, {}, {}};
+  const auto order = scan.along_curve();
+  const std::size_t every = every_nth(order.size(), constants_.most_points);
+  for (std::size_t i = 0; i < order.size(); i += every) some.numbers.push_back(order[i]);
+  for (const std::uint32_t i : some.numbers) {
+    some.points.push_back({scan.points[i], scan.normals[i], scan.is_undecided(i)});
+  }
+  some.places.resize(some.points.size());
+  return some;
+}
+
+std::vector<Vector3> SurfaceMatcher::normals_of(Field x) const {
+  auto normals = vertex_normals(faces_, x);
+  for (std::size_t v = 0; v < x.size(); ++v) {
+    normals[v] = outside_[topology_.component[v]] * normals[v];
+  }
+  return normals;
+}
+
+Visibility SurfaceMatcher::visibility_of(Field x, const PointScan& scan) const {
+  if (topology_.report.components < 2) return {};
+  return find_visibility(faces_, topology_.component, x, normals_of(x), is_sheet_, scan.sensors,
+                         mean_edge_, workers_);
+}
+
+/// The normal of the surface at a place, on the side of that of the point; 0 if they disagree. A
+/// point without a normal agrees everywhere.
+Vector3 SurfaceMatcher::agreeing_normal(const Surface& surface, const Place& place,
+                                        const Point& point) const {
+  auto normal = place.on(surface.normals);
+  const double length = std::sqrt(squared_norm(normal));
+  if (!(length > 0) || !place.any()) return {};
+  double cosine = dot(normal, point.normal) / length;
+  const bool is_either = material_of(place).is_sheet || point.is_undecided;
+  if (is_either && cosine < 0) {
+    normal = -1.0 * normal;
+    cosine = -cosine;
+  }
+  const bool agrees = cosine > constants_.agreement || squared_norm(point.normal) == 0;
+  return agrees ? (1 / length) * normal : Vector3{};
+}
+
+/// The nearest place within the radius, whatever its normal. The point walks over X from the place
+/// of the last search, or of a neighbour, and only if this does not explain it, all of X is
+/// searched.
+SurfaceMatcher::Match SurfaceMatcher::nearest(const Surface& surface, const Point& point,
+                                              const Place& from, double walked) const {
+  Place within = {.squared = std::pow(widest(), 2)};
+  if (from.any()) {
+    const Place place = places_.walk(surface.x, point.position, from.face);
+    if (surface.shows(place) && place.squared < std::pow(walked * mean_edge_, 2)) {
+      const auto normal = agreeing_normal(surface, place, point);
+      if (squared_norm(normal) > 0) return {place, normal};
+    }
+    if (surface.shows(place) && place.squared < within.squared) within = place;
+  }
+  const Place place = places_.nearest(surface.x, point.position, within,
+                                      [&](const Place& near) { return surface.shows(near); });
+  if (!(place.squared < std::pow(widest(), 2))) return {};
+  return {place, agreeing_normal(surface, place, point)};
+}
+
+/// The nearest place that agrees with a point of which the nearest one does not: something else is
+/// nearer, as the other side of a thin limb is. Where a surface moves to a point, the point lies
+/// along its normal; a foot lies beside what agrees with a floor.
+SurfaceMatcher::Match SurfaceMatcher::farther(const Surface& surface, const Point& point) const {
+  Match match;
+  match.place = places_.nearest(
+      surface.x, point.position, {.squared = std::pow(widest(), 2)}, [&](const Place& place) {
+        return surface.shows(place) && squared_norm(agreeing_normal(surface, place, point)) > 0;
+      });
+  match.normal = agreeing_normal(surface, match.place, point);
+  const double along = std::abs(dot(match.place.on(surface.x) - point.position, match.normal));
+  if (along < constants_.along * std::sqrt(match.place.squared)) match.normal = {};
+  return match;
+}
+
+void SurfaceMatcher::measure_heights(Field frame, SurfaceMatcher& finer, Field finer_frame) {
+  const auto normals = normals_of(frame);
+  finer.places_.follow(finer_frame);
+  const auto anywhere = [](const Place&) { return true; };
+  heights_.resize(faces_.size());
+  workers_.for_each_in_chunks(faces_.size(), [&](std::size_t f) {
+    for (std::size_t s = 0; s < 3; ++s) {
+      const auto a = at(faces_[f][(s + 1) % 3]);
+      const auto b = at(faces_[f][(s + 2) % 3]);
+      const auto middle = 0.5 * (frame[a] + frame[b]);
+      const auto sum = normals[a] + normals[b];
+      const double length = std::sqrt(squared_norm(sum));
+      if (!(length > 0)) continue;
+      const auto normal = (1 / length) * sum;
+      double height = 0;
+      for (int step = 0; step < 3; ++step) {
+        const auto point = middle + height * normal;
+        const Place place = finer.places_.nearest(
+            finer_frame, point, {.squared = mean_edge_ * mean_edge_ / 4}, anywhere);
+        if (place.any()) height += dot(place.on(finer_frame) - point, normal);
+      }
+      heights_[f][s] = std::clamp(height, -mean_edge_ / 2, mean_edge_ / 2);
+    }
+  });
+}
+
+/// How high the finer surface is above a place: quadratic between the corners and the middles of
+/// the sides.
+double SurfaceMatcher::height(const Place& place) const {
+  double sum = 0;
+  for (std::size_t s = 0; s < 3; ++s) {
+    sum += 4 * heights_[place.face][s] * place.shares[(s + 1) % 3] * place.shares[(s + 2) % 3];
+  }
+  return sum;
+}
+
+template <class Visit>
+void SurfaceMatcher::for_each_block(std::size_t n, const Visit& visit) const {
+  const auto visit_block = [&](std::size_t block) {
+    visit(block * in_a_row, std::min((block + 1) * in_a_row, n));
+  };
+  workers_.for_each_in_chunks((n + in_a_row - 1) / in_a_row, visit_block,
+                              static_cast<Index>(in_a_row));
+}
+
+void SurfaceMatcher::nearest_places(Field x, const Visibility& visibility, double walked,
+                                    MatchedPoints& points) {
+  const Surface surface{x, normals_of(x), visibility};
+  places_.follow(x);
+  for_each_block(points.places.size(), [&](std::size_t first, std::size_t last) {
+    Place before;
+    for (std::size_t i = first; i < last; ++i) {
+      Place& place = points.places[i];
+      place = nearest(surface, points.points[i], place.any() ? place : before, walked).place;
+      if (place.any()) before = place;
+    }
+  });
+}
+
+SurfaceMatcher::Rows SurfaceMatcher::match(Field x, const Visibility& visibility,
+                                           const MatchOptions& options, MatchedPoints& points) {
+  const Surface surface{x, normals_of(x), visibility};
+  places_.follow(x);
+  const double squared_near = std::pow(constants_.near * mean_edge_, 2);
+  const std::size_t n = points.points.size();
+  const std::size_t every = std::min(every_nth(n, options.points), in_a_row);
+  Rows rows(n);
+  for_each_block(n, [&](std::size_t first, std::size_t last) {
+    Place before;
+    for (std::size_t i = first; i < last; i += every) {
+      const Point& point = points.points[i];
+      Place& place = points.places[i];
+      Match match = nearest(surface, point, place.any() ? place : before, options.walked);
+      place = match.place;
+      if (!place.any()) continue;
+      before = place;
+      if (options.looks_farther && squared_norm(match.normal) == 0 &&
+          place.squared > squared_near) {
+        match = farther(surface, point);
+      }
+      if (squared_norm(match.normal) == 0) continue;
+      const double sign = dot(point.normal, match.normal) < 0 ? -1 : 1;
+      const auto mean = sign * point.normal + match.normal;
+      rows[i] = {match.place, (1 / std::sqrt(squared_norm(mean))) * mean, point.position, 1};
+      if (!heights_.empty()) {
+        const bool is_outside = dot(match.place.on(surface.normals), match.normal) > 0;
+        const double height = is_outside ? this->height(match.place) : -this->height(match.place);
+        rows[i].point = rows[i].point - height * match.normal;
+      }
+    }
+  });
+  std::erase_if(rows, [](const SurfaceRow& row) { return row.weight == 0; });
+  weigh(surface, options, static_cast<double>(every), points, rows);
+  return rows;
+}
+
+/// Points that are denser than the vertices count together as much as these. Each row stands for
+/// `points_of_row` points.
+void SurfaceMatcher::weigh(const Surface& surface, const MatchOptions& options,
+                           double points_of_row, const MatchedPoints& points, Rows& rows) const {
+  const auto usual = options.scale == 0 ? usual_distances(rows) : std::vector<double>{};
+  std::vector<std::uint8_t> touched(surface.x.size());
+  std::vector<double> sums(topology_.report.components);
+  const auto component = [&](const SurfaceRow& row) { return topology_.component[row.corners[0]]; };
+  for (SurfaceRow& row : rows) {
+    const double distance = std::sqrt(row.squared) / mean_edge_;
+    const double ratio =
+        distance /
+        (usual.empty() ? options.scale : usual[clusters_.of_vertex[row.nearest_corner()]]);
+    const double far = 1 + ratio * ratio;
+    row.weight = points_of_row / (usual.empty() ? far : far * far);
+    sums[at(component(row))] += row.weight;
+    for (const auto corner : row.corners) touched[corner] = 1;
+  }
+  if (!usual.empty()) boundary_.draw(surface.x, surface.normals, rows);
+  const auto is_measured = find_measured(surface.visibility, points);
+  std::erase_if(rows, [&](const SurfaceRow& row) {
+    return sums[at(component(row))] < constants_.least_weight ||
+           is_measured[at(component(row))] == 0;
+  });
+  const double density =
+      std::min(1.0, static_cast<double>(std::ranges::count(touched, 1)) /
+                        (points_of_row * std::max(static_cast<double>(rows.size()), 1.0)));
+  for (SurfaceRow& row : rows) {
+    row.weight *= density * (usual.empty() ? 1 : material_of(row).point_weight * options.weight);
+  }
+}
+
+std::vector<std::uint8_t> SurfaceMatcher::find_measured(const Visibility& visibility,
+                                                        const MatchedPoints& points) const {
+  std::vector<std::uint8_t> is_measured(topology_.report.components, 1);
+  if (is_measured.size() < 2) return is_measured;
+  std::vector<double> numbers(is_measured.size());
+  double all = 0;
+  for (const Place& place : points.places) {
+    if (!place.any()) continue;
+    numbers[at(topology_.component[place.corners[0]])] += 1;
+    all += 1;
+  }
+  for (std::size_t c = 0; c < numbers.size(); ++c) {
+    const double due = all * visibility.shares[c];
+    is_measured[c] = numbers[c] < constants_.least_measured * due ? 0 : 1;
+  }
+  return is_measured;
+}
+
+/// (k,) the distance of each vertex from the nearest of its points; infinite without any.
+std::vector<double> SurfaceMatcher::nearest_distances(std::span<const SurfaceRow> rows) const {
+  std::vector<double> distances(topology_.component.size(),
+                                std::numeric_limits<double>::infinity());
+  for (const SurfaceRow& row : rows) {
+    double& nearest = distances[row.nearest_corner()];
+    nearest = std::min(nearest, std::sqrt(row.squared) / mean_edge_);
+  }
+  return distances;
+}
+
+/// (clusters,) the distance at which points count a quarter: where the surface has not arrived yet,
+/// all are far, and where it has, those that are far are of something else.
+std::vector<double> SurfaceMatcher::usual_distances(std::span<const SurfaceRow> rows) const {
+  const auto nearest = nearest_distances(rows);
+  std::vector<double> usual(clusters_.size(), constants_.resolution);
+  constexpr Index vertices_around = 60;
+  const auto find = [&](std::size_t c) {
+    std::vector<double> around;
+    const auto add = [&](std::size_t cluster) {
+      for (const Index v : clusters_.members[cluster]) {
+        if (std::isfinite(nearest[at(v)])) around.push_back(nearest[at(v)]);
+      }
+    };
+    add(c);
+    for (const Index other : clusters_.neighbours[c]) add(at(other));
+    if (around.empty()) return;
+    usual[c] = std::clamp(constants_.usual_distances * median(around), constants_.resolution,
+                          constants_.largest_scale);
+  };
+  workers_.for_each_in_chunks(usual.size(), find, vertices_around);
+  return usual;
+}
+
+double SurfaceMatcher::distance_of(double share, std::span<const SurfaceRow> rows) const {
+  auto distances = nearest_distances(rows);
+  std::erase_if(distances, [](double distance) { return !std::isfinite(distance); });
+  return distances.empty() ? 0 : quantile(std::move(distances), share);
+}
+
+void SurfaceMatcher::update_distances(Field x, const Visibility& visibility,
+                                      MatchedPoints& points) const {
+  const Surface surface{x, normals_of(x), visibility};
+  points.agrees.resize(points.places.size());
+  workers_.for_each_in_chunks(points.places.size(), [&](std::size_t i) {
+    const Point& point = points.points[i];
+    Place& place = points.places[i];
+    if (place.any()) place.squared = squared_norm(point.position - place.on(x));
+    const bool agrees = squared_norm(agreeing_normal(surface, place, point)) > 0;
+    points.agrees[i] = surface.shows(place) && agrees ? 1 : 0;
+  });
+}
+
+}  // namespace dynmesh
