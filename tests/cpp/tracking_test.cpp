@@ -32,7 +32,7 @@ TEST_CASE("the nearest place is that of all triangles, also after the surface ha
   SurfacePlaces places(faces, first);
   auto x = first;
   for (auto& position : x) position = {position.y, 2 * position.z, -position.x};
-  places.follow(x);
+  places.update_boxes(x);
   const auto anywhere = [](const Place&) { return true; };
   const auto upwards = [](const Place& place) { return place.face % 2 == 0; };
   for (const auto& point : random_field(200, 5)) {
@@ -64,7 +64,7 @@ TEST_CASE("a walk over a flat surface ends at the nearest place of all") {
   auto x = rows_of(mesh.vertices);
   for (auto& position : x) position.z = 0;
   SurfacePlaces places(faces, x);
-  places.follow(x);
+  places.update_boxes(x);
   for (const auto& point : random_field(200, 6)) {
     const auto far = 10.0 * point;  // beside it, too
     const Place nearest = places.nearest(x, far, {}, [](const Place&) { return true; });
@@ -76,7 +76,7 @@ TEST_CASE("a place on a triangle without area is on one of its sides") {
   const std::vector<Triangle> faces = {{0, 1, 2}, {3, 3, 3}};
   const std::vector<Vector3> x = {{0, 0, 0}, {2, 0, 0}, {1, 0, 0}, {5, 0, 0}};
   SurfacePlaces places(faces, x);
-  places.follow(x);
+  places.update_boxes(x);
   const auto anywhere = [](const Place&) { return true; };
   CHECK(places.nearest(x, {1.5, 2, 0}, {}, anywhere).squared == doctest::Approx(4));
   CHECK(places.nearest(x, {5, 0, 3}, {}, anywhere).squared == doctest::Approx(9));
@@ -171,9 +171,10 @@ double slope_of_rows_after(int steps) {
   const Field residual = random_field(k, 3);
   system.factorize(rows, landmarks, 1);
   Field force(k);
-  system.pull_back(residual, force);
+  const std::vector<double> resistance(k, 1.0);
+  system.pull_back(resistance, residual, force);
   Field d(k);
-  system.solve(rows, landmarks, 0, d, force);
+  system.solve(rows, landmarks, resistance, 0, d, force);
   const auto energy = [&](const Field& x) {
     Field detail(k);
     apply_operator(model.k, x, 1, detail, workers);

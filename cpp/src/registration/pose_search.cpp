@@ -69,7 +69,7 @@ Pose PoseSearch::run(const PointScan& scan, const Targets& targets) {
 
 /// Tries where the template may be, near its own pose and then far from it, until a pose is good,
 /// and keeps the best one. Far poses can wait if a near one leaves no point far from the coarse
-/// mesh, which hardly tells whether a limb is twisted.
+/// mesh, which hardly shows whether a limb is twisted.
 bool PoseSearch::search(const PointScan& scan, const Targets& targets) {
   finished_.clear();
   auto candidates = by_points(targets);
@@ -165,11 +165,13 @@ PoseSearch::Trial PoseSearch::bent(const Candidate& candidate) {
     start.push_back(from_eigen(candidate.motion * to_eigen(x)));
   coarse_.place(start, coarse_memory_);
   coarse_.forget_shape(coarse_memory_);
-  auto guides = guides_of(candidate.landmarks, candidate.motion, constants_.landmark_weight);
-  const auto rough = guides_of(candidate.rough, candidate.motion, constants_.rough_weight);
-  guides.insert(guides.end(), rough.begin(), rough.end());
-  if (!guides.empty()) {
-    coarse_.bend({.landmarks = guides, .yields_beyond = constants_.usual_departures},
+  auto marks =
+      landmarks_on_coarse(candidate.landmarks, candidate.motion, constants_.landmark_weight);
+  const auto rough =
+      landmarks_on_coarse(candidate.rough, candidate.motion, constants_.rough_weight);
+  marks.insert(marks.end(), rough.begin(), rough.end());
+  if (!marks.empty()) {
+    coarse_.bend({.landmarks = marks, .yields_beyond = constants_.usual_departures},
                  constants_.bending_steps, coarse_memory_);
   }
   FittedSurface found = coarse_.agreement_with(sample_, coarse_memory_.last);
@@ -183,10 +185,10 @@ PoseSearch::Trial PoseSearch::drawn(Trial trial) {
   coarse_.place(trial.x, coarse_memory_);
   coarse_.forget_shape(coarse_memory_);
   const auto& [motion, landmarks, rough] = trial.candidate;
-  const auto guides = guides_of(landmarks, motion, constants_.landmark_weight);
+  const auto marks = landmarks_on_coarse(landmarks, motion, constants_.landmark_weight);
   Memory next = coarse_memory_;
   FittedSurface found = coarse_.fit(coarse_memory_, sample_,
-                                    {.landmarks = guides,
+                                    {.landmarks = marks,
                                      .fewest_iterations = constants_.iterations,
                                      .yields_beyond = constants_.usual_departures},
                                     next);
@@ -202,17 +204,18 @@ double PoseSearch::misfit_of(const FittedSurface& found) const {
 }
 
 /// Landmarks on the coarse mesh of a template that was moved.
-std::vector<Landmark> PoseSearch::guides_of(const Targets& landmarks,
-                                            const Eigen::Isometry3d& motion, double weight) const {
-  std::vector<Landmark> guides;
+std::vector<Landmark> PoseSearch::landmarks_on_coarse(const Targets& landmarks,
+                                                      const Eigen::Isometry3d& motion,
+                                                      double weight) const {
+  std::vector<Landmark> marks;
   for (std::size_t i = 0; i < landmarks.vertices.size(); ++i) {
     const Index vertex = landmarks.vertices[i];
     const std::size_t coarse = mesh_.nearest(vertex);
     const auto arm = mesh_.first_frame()[coarse] - template_.frame[at(vertex)];
     const auto turned = from_eigen(motion.linear() * to_eigen(arm));
-    guides.push_back({coarse, landmarks.positions[i] + turned, weight});
+    marks.push_back({coarse, landmarks.positions[i] + turned, weight});
   }
-  return guides;
+  return marks;
 }
 
 /// Draws the template into the scan from where the coarse mesh is. At first it is stiff and its
@@ -238,12 +241,12 @@ Pose PoseSearch::finished(const PointScan& scan, const Trial& trial) {
   bool yields = false;
   while (!pose.converged && pose.rounds < constants_.most_rounds) {
     if (settings_.before_step) settings_.before_step();
-    FitOptions guides = {landmarks, tracking.most_iterations, weight};
+    FitOptions options = {landmarks, tracking.most_iterations, weight};
     if (yields) {
-      guides.fewest_iterations = tracking.final_iterations;
-      guides.yields_beyond = constants_.usual_departures;
+      options.fewest_iterations = tracking.final_iterations;
+      options.yields_beyond = constants_.usual_departures;
     }
-    found = fine_.fit(memory, scan, guides, next);
+    found = fine_.fit(memory, scan, options, next);
     const bool stays = mean_distance(found.x, memory.last) < constants_.settled * fine_.mean_edge();
     pose.converged = stays && yields;
     ++pose.rounds;

@@ -79,9 +79,9 @@ class PoseSearch {
   Trial bent(const Candidate& candidate);
   Trial drawn(Trial trial);
   [[nodiscard]] double misfit_of(const FittedSurface& found) const;
-  [[nodiscard]] std::vector<Landmark> guides_of(const Targets& landmarks,
-                                                const Eigen::Isometry3d& motion,
-                                                double weight) const;
+  [[nodiscard]] std::vector<Landmark> landmarks_on_coarse(const Targets& landmarks,
+                                                          const Eigen::Isometry3d& motion,
+                                                          double weight) const;
   Pose finished(const PointScan& scan, const Trial& trial);
   void judge(const PointScan& scan, const MatchedPoints& points, Pose& pose) const;
 

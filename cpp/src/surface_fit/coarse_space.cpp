@@ -13,7 +13,7 @@ constexpr double least_value = 0.02;
 
 using Rows3 = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
 
-/// The same memory as a matrix.
+/// A field as a matrix in its memory.
 Eigen::Map<const Rows3, Eigen::Unaligned, Eigen::OuterStride<4>> matrix_of(Field field) {
   return {&field[0].x, static_cast<Eigen::Index>(field.size()), 3};
 }

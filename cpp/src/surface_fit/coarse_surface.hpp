@@ -33,7 +33,7 @@ class CoarseSurface {
   /// The coarse vertex that is nearest to a vertex, counted in edges.
   [[nodiscard]] std::size_t nearest(Index vertex) const { return at(nearest_[at(vertex)]); }
 
-  /// Those of the whole surface with which the coarse mesh resists points as the whole one does.
+  /// The constants with which the coarse mesh resists points as the whole surface does with these.
   [[nodiscard]] TrackingConstants constants_of(TrackingConstants constants) const;
   /// (components,) of the coarse mesh.
   [[nodiscard]] std::vector<Material> materials() const;

@@ -30,15 +30,15 @@ void add_block(std::vector<Eigen::Triplet<double>>& entries, Index a, Index b,
 /// weight that is nothing beside that of a tie.
 std::vector<PlaneMotion> sums_of(std::span<const SurfaceRow> rows, const Topology& topology,
                                  double reach, Field x) {
-  std::vector<std::vector<SurfaceRow>> of_components(topology.report.components);
+  std::vector<std::vector<SurfaceRow>> component_rows(topology.report.components);
   for (const SurfaceRow& row : rows) {
-    of_components[at(topology.component[row.corners[0]])].push_back(row);
+    component_rows[at(topology.component[row.corners[0]])].push_back(row);
   }
-  std::vector<std::vector<Vector3>> positions(of_components.size());
+  std::vector<std::vector<Vector3>> positions(component_rows.size());
   for (std::size_t v = 0; v < x.size(); ++v) positions[at(topology.component[v])].push_back(x[v]);
   std::vector<PlaneMotion> sums;
-  for (std::size_t c = 0; c < of_components.size(); ++c) {
-    sums.emplace_back(of_components[c], x);
+  for (std::size_t c = 0; c < component_rows.size(); ++c) {
+    sums.emplace_back(component_rows[c], x);
     if (sums.back().weight > 0) continue;
     constexpr double nothing = 1e-6;
     sums.back() = PlaneMotion(positions[c], reach);
@@ -62,25 +62,25 @@ double move_jointly(std::span<const SurfaceRow> rows, std::span<const Tie> ties,
     const Tie& tie = ties[t];
     const Index a = topology.component[tie.i];
     const Index b = topology.component[tie.j];
-    PlaneMotion& of_a = sums[at(a)];
-    PlaneMotion& of_b = sums[at(b)];
+    PlaneMotion& first = sums[at(a)];
+    PlaneMotion& second = sums[at(b)];
     const bool is_near = squared_norm(tie.kept) <= reach * reach;
-    const double shared = is_near ? constants.tie_share * std::min(of_a.weight, of_b.weight) : 0;
+    const double shared = is_near ? constants.tie_share * std::min(first.weight, second.weight) : 0;
     const double weight = stiffness * (1 + shared) * tie.weight / constants.tie_weight;
     // The difference changes by that of the motions of both ends, and turns by their mean.
     const Eigen::Vector3d wanted = to_eigen(differences[t]);
     const Eigen::Vector3d off = wanted - to_eigen(x[tie.i] - x[tie.j]);
     Change change_a, change_b;
-    change_a << (cross_matrix(wanted) / 2 - cross_matrix(to_eigen(x[tie.i]) - of_a.centre)) /
-                    of_a.reach,
+    change_a << (cross_matrix(wanted) / 2 - cross_matrix(to_eigen(x[tie.i]) - first.centre)) /
+                    first.reach,
         Eigen::Matrix3d::Identity();
-    change_b << (cross_matrix(wanted) / 2 + cross_matrix(to_eigen(x[tie.j]) - of_b.centre)) /
-                    of_b.reach,
+    change_b << (cross_matrix(wanted) / 2 + cross_matrix(to_eigen(x[tie.j]) - second.centre)) /
+                    second.reach,
         -Eigen::Matrix3d::Identity();
-    of_a.normal += weight * change_a.transpose() * change_a;
-    of_b.normal += weight * change_b.transpose() * change_b;
-    of_a.right += weight * change_a.transpose() * off;
-    of_b.right += weight * change_b.transpose() * off;
+    first.normal += weight * change_a.transpose() * change_a;
+    second.normal += weight * change_b.transpose() * change_b;
+    first.right += weight * change_a.transpose() * off;
+    second.right += weight * change_b.transpose() * off;
     const PlaneMotion::Matrix both = weight * change_a.transpose() * change_b;
     add_block(entries, a, b, both);
     add_block(entries, b, a, both.transpose());

@@ -27,9 +27,9 @@ class LearnedTies {
   LearnedTies(const Topology& topology, Field first_frame, Field normals, double mean_edge,
               const TrackingConstants& constants);
 
-  /// Their weights are those that were set last.
+  /// All ties, with the weights that were set last.
   [[nodiscard]] std::span<const Tie> all() const { return ties_; }
-  /// Those between components.
+  /// The ties between components.
   [[nodiscard]] std::span<const Tie> between() const {
     return std::span(ties_).first(pair_of_.size());
   }
@@ -43,12 +43,11 @@ class LearnedTies {
     return 0.5 * (rotated(q[tie.i], tie.kept) + rotated(q[tie.j], tie.kept));
   }
 
-  /// (pairs,) s^2 for the differences that X should have, one for each tie
-  /// between components, after frames that left
-  /// `departures` (pairs,).
+  /// (pairs,) s^2 for the differences that X should have, one for each tie between components,
+  /// after frames that left `departures` (pairs,).
   [[nodiscard]] std::vector<double> departed(Field x, Field differences,
                                              std::span<const double> departures) const;
-  /// The same for the differences that are kept.
+  /// (pairs,) s^2 for the differences that are kept.
   [[nodiscard]] std::vector<double> departed(Field x, std::span<const Quaternion> q,
                                              std::span<const double> departures) const;
   /// Whether a tie between components has at least a quarter of its weight: s^2 is at most sigma^2.

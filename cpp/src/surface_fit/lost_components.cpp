@@ -18,7 +18,7 @@ namespace dynmesh {
 namespace {
 
 constexpr std::size_t most_places = 6;
-constexpr int steps_of_approach = 15;
+constexpr int alignment_steps = 15;
 /// The share of a component that must have points where it is found.
 constexpr double least_share = 0.6;
 
@@ -75,8 +75,8 @@ class Placing {
         tree_(arrays_of(unexplained.points)) {}
 
   /// Moves the part from `motion` to the points around it.
-  [[nodiscard]] Eigen::Isometry3d approached(Eigen::Isometry3d motion) const {
-    for (int step = 0; step < steps_of_approach; ++step) {
+  [[nodiscard]] Eigen::Isometry3d aligned(Eigen::Isometry3d motion) const {
+    for (int step = 0; step < alignment_steps; ++step) {
       std::vector<Vector3> x;
       std::vector<SurfaceRow> rows;
       for (std::size_t i = 0; i < part_.points.size(); ++i) {
@@ -139,9 +139,9 @@ void erase_explained(const OrientedPoints& part, const Eigen::Isometry3d& motion
 }
 
 /// The motion of a part to where most of it has points, which are then erased, or nothing.
-std::optional<Eigen::Isometry3d> found_among(const OrientedPoints& part,
-                                             OrientedPoints& unexplained, double mean_edge,
-                                             const TrackingConstants& constants) {
+std::optional<Eigen::Isometry3d> motion_to_points(const OrientedPoints& part,
+                                                  OrientedPoints& unexplained, double mean_edge,
+                                                  const TrackingConstants& constants) {
   if (part.points.empty() || unexplained.points.size() < constants.fewest) return std::nullopt;
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
   const auto n = static_cast<double>(part.points.size());
@@ -155,7 +155,7 @@ std::optional<Eigen::Isometry3d> found_among(const OrientedPoints& part,
        shifts_to(unexplained, from_eigen(middle), std::sqrt(square), constants.fewest)) {
     Eigen::Isometry3d motion = Eigen::Isometry3d::Identity();
     motion.translation() = to_eigen(shift);
-    motion = placing.approached(motion);
+    motion = placing.aligned(motion);
     const double share = placing.share(motion);
     if (!(share > largest)) continue;
     largest = share;
@@ -187,7 +187,7 @@ bool find_lost(std::span<const std::uint8_t> is_placed, const MatchedPoints& poi
       part.points.push_back(x[seen[component][i]]);
       part.normals.push_back(normals[seen[component][i]]);
     }
-    const auto motion = found_among(part, unexplained, points.mean_edge, constants);
+    const auto motion = motion_to_points(part, unexplained, points.mean_edge, constants);
     if (!motion) continue;
     any = true;
     for (std::size_t v = 0; v < x.size(); ++v) {

@@ -32,6 +32,20 @@ std::vector<Vector3> outward_normals(const ShapeModel& model, std::span<const Tr
   return normals;
 }
 
+/// (k,) W, for which the step is that of iteratively reweighted least squares. Vertices without
+/// edges, which never depart, do not show what is usual.
+std::vector<double> resistance_against(Field departures, double yields_beyond) {
+  if (std::isinf(yields_beyond)) return std::vector<double>(departures.size(), 1.0);
+  std::vector<double> lengths;
+  for (const auto& departure : departures) lengths.push_back(std::sqrt(squared_norm(departure)));
+  auto usual = lengths;
+  std::erase(usual, 0.0);
+  const double limit = usual.empty() ? 0 : yields_beyond * quantile(std::move(usual), 0.5);
+  std::vector<double> resistance;
+  for (const double length : lengths) resistance.push_back(length > limit ? limit / length : 1);
+  return resistance;
+}
+
 }  // namespace
 
 // No coefficient is kept that the points do not determine: the shape of the last frame keeps hidden
@@ -66,8 +80,13 @@ void NonrigidStep::turn_to(Field x, std::span<const double> departures, Memory& 
 bool NonrigidStep::step(const StepInput& input, Field m, std::span<Vector3> x, Memory& next) {
   if (input.rows.empty() && input.landmarks.empty()) return false;
   if (input.mode_weights > 0 && fit_.exists()) fit_modes(input, m, x, next);
-  auto force = forces(x, wanted_shape(m, next), next.q, input.yields_beyond);
-  surface_system_.solve(input.rows, input.landmarks, input.settled, x, force);
+  const auto wanted = wanted_shape(m, next);
+  std::vector<Vector3> departures(x.size());  // Q m - K X
+  apply_operator(model_.k, x, 1, departures, workers_);
+  for (std::size_t v = 0; v < x.size(); ++v) departures[v] = wanted[v] - departures[v];
+  const auto resistance = resistance_against(departures, input.yields_beyond);
+  auto force = forces(x, departures, resistance, next.q);
+  surface_system_.solve(input.rows, input.landmarks, resistance, input.settled, x, force);
   return true;
 }
 
@@ -82,13 +101,11 @@ std::vector<Vector3> NonrigidStep::wanted_shape(Field last, const Memory& next) 
 }
 
 /// (k,) half of the negative gradient of the energies of the shape, the membrane and the ties.
-std::vector<Vector3> NonrigidStep::forces(Field x, Field wanted, std::span<const Quaternion> q,
-                                          double yields_beyond) {
-  std::vector<Vector3> departures(x.size()), force(x.size());  // Q m - K X
-  apply_operator(model_.k, x, 1, departures, workers_);
-  for (std::size_t v = 0; v < x.size(); ++v) departures[v] = wanted[v] - departures[v];
-  find_resistance(departures, yields_beyond);
-  surface_system_.pull_back(departures, force);
+std::vector<Vector3> NonrigidStep::forces(Field x, Field departures,
+                                          std::span<const double> resistance,
+                                          std::span<const Quaternion> q) {
+  std::vector<Vector3> force(x.size());
+  surface_system_.pull_back(resistance, departures, force);
   membrane_.add_forces(x, force);
   for (const Tie& tie : ties_.all()) {
     const auto pull = tie.weight * (LearnedTies::kept(tie, q) - (x[tie.i] - x[tie.j]));
@@ -96,23 +113,6 @@ std::vector<Vector3> NonrigidStep::forces(Field x, Field wanted, std::span<const
     force[tie.j] = force[tie.j] - pull;
   }
   return force;
-}
-
-/// W, for which the step is that of iteratively reweighted least squares. Vertices without edges,
-/// which never depart, do not tell what is usual.
-void NonrigidStep::find_resistance(Field departures, double yields_beyond) {
-  if (std::isinf(yields_beyond)) {
-    std::ranges::fill(surface_system_.resistance(), 1.0);
-    return;
-  }
-  std::vector<double> lengths;
-  for (const auto& departure : departures) lengths.push_back(std::sqrt(squared_norm(departure)));
-  auto usual = lengths;
-  std::erase(usual, 0.0);
-  const double limit = usual.empty() ? 0 : yields_beyond * quantile(std::move(usual), 0.5);
-  for (std::size_t v = 0; v < lengths.size(); ++v) {
-    surface_system_.resistance()[v] = lengths[v] > limit ? limit / lengths[v] : 1;
-  }
 }
 
 /// Fits the rest shape by the points.

@@ -49,7 +49,7 @@ class NonrigidStep {
   void begin(Memory& memory) const;
   [[nodiscard]] LearnedTies& ties() { return ties_; }
   [[nodiscard]] const LearnedTies& ties() const { return ties_; }
-  /// That of N with the membrane.
+  /// The plan of the factor of N with the membrane.
   [[nodiscard]] const std::shared_ptr<const FactorPlan>& plan() const {
     return surface_system_.plan();
   }
@@ -83,9 +83,9 @@ class NonrigidStep {
   [[nodiscard]] std::vector<Vector3> wanted_shape(Field last, const Memory& next);
 
  private:
-  [[nodiscard]] std::vector<Vector3> forces(Field x, Field wanted, std::span<const Quaternion> q,
-                                            double yields_beyond);
-  void find_resistance(Field departures, double yields_beyond);
+  [[nodiscard]] std::vector<Vector3> forces(Field x, Field departures,
+                                            std::span<const double> resistance,
+                                            std::span<const Quaternion> q);
   void fit_modes(const StepInput& input, Field m, Field x, Memory& next);
 
   const ShapeModel& model_;

@@ -1,4 +1,4 @@
-/// What rows of measured points tell of the vertices that they touch.
+/// Rows of measured points as anchors of the vertices that they touch.
 #pragma once
 
 #include <dynmesh/topology.hpp>

@@ -10,7 +10,7 @@ namespace dynmesh {
 namespace {
 
 /// The membrane of cloth holds it where it has no points, and the equations of the ensemble leave
-/// it out: residuals then do not tell what they are due to.
+/// it out: residuals then do not show what they are due to.
 AnchorNoise noise_of_points(std::span<const Material> materials) {
   const bool any_slides = std::ranges::any_of(materials, &Material::slides);
   return any_slides ? AnchorNoise::by_weight : AnchorNoise::of_planes;

@@ -25,10 +25,10 @@ class SurfaceErrors {
                 std::shared_ptr<const FactorPlan> plan, const TrackingConstants& constants,
                 Workers& workers, bool are_wanted);
 
-  /// Those of frame 0.
+  /// The errors of frame 0.
   [[nodiscard]] ErrorMemory no_errors() const { return bars_.no_errors(); }
   /// Finds the standard errors of a frame, of which `next` has the generations. Where the surface
-  /// was lost, the far points tell how far from it unseen vertices may be. Without errors, nothing
+  /// was lost, the far points show how far from it unseen vertices may be. Without errors, nothing
   /// happens.
   void measure(const FittedSurface& found, bool is_lost, const Memory& memory, Memory& next);
 

@@ -88,7 +88,7 @@ FittedSurface SurfaceLevel::refine(std::vector<Vector3> x, const Memory& memory,
 }
 
 /// What ties keep while components move rigidly: the differences of the last frame, and a share of
-/// those of frame 0, since the points of many frames may tell little of some directions.
+/// those of frame 0, since the points of many frames may say little of some directions.
 std::vector<Vector3> SurfaceLevel::wanted_differences(const Memory& memory) const {
   std::vector<Vector3> differences;
   for (const Tie& tie : step_.ties().between()) {

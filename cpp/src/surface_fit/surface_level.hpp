@@ -118,7 +118,7 @@ class SurfaceLevel {
   }
   [[nodiscard]] std::vector<Vector3> normals_of(Field x) const { return matcher_.normals_of(x); }
   [[nodiscard]] const ShapeModel& model() const { return model_; }
-  /// That of N with the membrane.
+  /// The plan of the factor of N with the membrane.
   [[nodiscard]] const std::shared_ptr<const FactorPlan>& plan() const { return step_.plan(); }
   [[nodiscard]] std::span<const Material> materials() const { return materials_; }
   [[nodiscard]] bool any_slides() const { return any_slides_; }

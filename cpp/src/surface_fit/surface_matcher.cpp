@@ -123,7 +123,7 @@ SurfaceMatcher::Match SurfaceMatcher::farther(const Surface& surface, const Poin
 
 void SurfaceMatcher::measure_heights(Field frame, SurfaceMatcher& finer, Field finer_frame) {
   const auto normals = normals_of(frame);
-  finer.places_.follow(finer_frame);
+  finer.places_.update_boxes(finer_frame);
   const auto anywhere = [](const Place&) { return true; };
   heights_.resize(faces_.size());
   workers_.for_each_in_chunks(faces_.size(), [&](std::size_t f) {
@@ -169,7 +169,7 @@ void SurfaceMatcher::for_each_block(std::size_t n, const Visit& visit) const {
 void SurfaceMatcher::nearest_places(Field x, const Visibility& visibility, double walked,
                                     MatchedPoints& points) {
   const Surface surface{x, normals_of(x), visibility};
-  places_.follow(x);
+  places_.update_boxes(x);
   for_each_block(points.places.size(), [&](std::size_t first, std::size_t last) {
     Place before;
     for (std::size_t i = first; i < last; ++i) {
@@ -183,7 +183,7 @@ void SurfaceMatcher::nearest_places(Field x, const Visibility& visibility, doubl
 SurfaceMatcher::Rows SurfaceMatcher::match(Field x, const Visibility& visibility,
                                            const MatchOptions& options, MatchedPoints& points) {
   const Surface surface{x, normals_of(x), visibility};
-  places_.follow(x);
+  places_.update_boxes(x);
   const double squared_near = std::pow(constants_.near * mean_edge_, 2);
   const std::size_t n = points.points.size();
   const std::size_t every = std::min(every_nth(n, options.points), in_a_row);

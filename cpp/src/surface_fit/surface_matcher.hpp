@@ -54,7 +54,7 @@ struct MatchedPoints {
   std::vector<std::uint8_t> agrees;  ///< 1 for places that agree, after `update_distances`
 
   /// Whether its point is far from the surface: more than one mean edge, as reports promise. Nearer
-  /// points that agree tell which vertices are observed.
+  /// points that agree show which vertices are observed.
   [[nodiscard]] bool is_far(const Place& place) const {
     return place.squared > mean_edge * mean_edge;
   }

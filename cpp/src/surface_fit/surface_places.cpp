@@ -111,7 +111,7 @@ Place SurfacePlaces::walk(Field x, const Vector3& point, std::uint32_t from) con
   }
 }
 
-void SurfacePlaces::follow(Field x) {
+void SurfacePlaces::update_boxes(Field x) {
   for (auto node = nodes_.rbegin(); node != nodes_.rend(); ++node) {
     Eigen::AlignedBox3d& box = node->box;
     box.setEmpty();

@@ -60,26 +60,26 @@ inline std::array<double, 3> nearest_shares(const Vector3& a, const Vector3& b, 
   const double b1 = -dot(ab, b);
   const double b2 = -dot(ac, b);
   if (b1 >= 0 && b2 <= b1) return {0, 1, 0};
-  const double of_c = a1 * b2 - b1 * a2;
-  if (of_c <= 0 && a1 >= 0 && b1 <= 0) {
+  const double area_c = a1 * b2 - b1 * a2;
+  if (area_c <= 0 && a1 >= 0 && b1 <= 0) {
     const double share = a1 / (a1 - b1);
     return {1 - share, share, 0};
   }
   const double c1 = -dot(ab, c);
   const double c2 = -dot(ac, c);
   if (c2 >= 0 && c1 <= c2) return {0, 0, 1};
-  const double of_b = c1 * a2 - a1 * c2;
-  if (of_b <= 0 && a2 >= 0 && c2 <= 0) {
+  const double area_b = c1 * a2 - a1 * c2;
+  if (area_b <= 0 && a2 >= 0 && c2 <= 0) {
     const double share = a2 / (a2 - c2);
     return {1 - share, 0, share};
   }
-  const double of_a = b1 * c2 - c1 * b2;
-  if (of_a <= 0 && b2 >= b1 && c1 >= c2) {
+  const double area_a = b1 * c2 - c1 * b2;
+  if (area_a <= 0 && b2 >= b1 && c1 >= c2) {
     const double share = (b2 - b1) / ((b2 - b1) + (c1 - c2));
     return {0, 1 - share, share};
   }
-  const double sum = of_a + of_b + of_c;
-  return {1 - of_b / sum - of_c / sum, of_b / sum, of_c / sum};
+  const double sum = area_a + area_b + area_c;
+  return {1 - area_b / sum - area_c / sum, area_b / sum, area_c / sum};
 }
 
 /// Finds nearest places on a surface X whose positions change: a tree of boxes around its triangles
@@ -90,7 +90,7 @@ class SurfacePlaces {
   SurfacePlaces(std::span<const Triangle> faces, Field frame);
 
   /// Lets the boxes contain the triangles of X.
-  void follow(Field x);
+  void update_boxes(Field x);
 
   /// The nearest place of X to a point, if it is nearer than `within`, which may be the place of
   /// another position: a near one saves time. `accepts(place)` may refuse places.

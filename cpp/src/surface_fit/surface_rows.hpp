@@ -46,7 +46,8 @@ struct PlaneMotion {
   Vector right = Vector::Zero();
 };
 
-/// Returns that motion; the identity if the rows determine none.
+/// The rigid motion that brings X closest to the planes of rows; the identity if they determine
+/// none.
 Eigen::Isometry3d fit_to_planes(std::span<const SurfaceRow> rows, Field x);
 
 /// Moves each vertex v by `motion_of(v)`. Returns the square of the largest distance.

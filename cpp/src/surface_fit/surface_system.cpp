@@ -13,7 +13,6 @@ SurfaceSystem::SurfaceSystem(const ShapeModel& model, const std::vector<double>&
                              std::span<const Tie> ties, Workers& workers)
     : operator_(model.k),
       membrane_(membrane),
-      resistance_(model.size(), 1.0),
       constants_(constants),
       workers_(workers),
       ties_(ties),
@@ -46,18 +45,20 @@ void SurfaceSystem::factorize(std::span<const SurfaceRow> rows, std::span<const 
   coarse_.factorize(rows, factor, weights, ties_);
 }
 
-void SurfaceSystem::pull_back(Field detail, std::span<Vector3> forces) {
+void SurfaceSystem::pull_back(std::span<const double> resistance, Field detail,
+                              std::span<Vector3> forces) {
   workers_.for_each_in_chunks(operator_.size(), [&](std::size_t v) {
-    scaled_[v] = resistance_[v] * operator_.scale[v] * detail[v];
+    scaled_[v] = resistance[v] * operator_.scale[v] * detail[v];
   });
   multiply_by_c(operator_, scaled_, forces, workers_);
 }
 
 /// product = (K^T W K + mu C) x.
-void SurfaceSystem::multiply(Field x, std::span<Vector3> product) {
+void SurfaceSystem::multiply(std::span<const double> resistance, Field x,
+                             std::span<Vector3> product) {
   apply_operator(operator_, x, 1, scaled_, workers_);
   workers_.for_each_in_chunks(operator_.size(), [&](std::size_t v) {
-    scaled_[v] = resistance_[v] * operator_.scale[v] * scaled_[v] + membrane_[v] * x[v];
+    scaled_[v] = resistance[v] * operator_.scale[v] * scaled_[v] + membrane_[v] * x[v];
   });
   multiply_by_c(operator_, scaled_, product, workers_);
 }
@@ -72,7 +73,8 @@ void SurfaceSystem::apply_factor(Field right_side, std::span<Vector3> x) {
 }
 
 void SurfaceSystem::solve(std::span<const SurfaceRow> rows, std::span<const Landmark> landmarks,
-                          double settled, std::span<Vector3> x, std::span<Vector3> force) {
+                          std::span<const double> resistance, double settled, std::span<Vector3> x,
+                          std::span<Vector3> force) {
   const auto weights = held(landmarks);
   RowProduct row_product(rows, x.size(), workers_);
   row_product.add_forces(x, force);
@@ -85,7 +87,7 @@ void SurfaceSystem::solve(std::span<const SurfaceRow> rows, std::span<const Land
     coarse_.add(force, product, workers_);
   };
   const auto multiply_direction = [&] {
-    multiply(direction, product);
+    multiply(resistance, direction, product);
     for (const Tie& tie : ties_) {
       const auto tied = tie.weight * (direction[tie.i] - direction[tie.j]);
       product[tie.i] = product[tie.i] + tied;

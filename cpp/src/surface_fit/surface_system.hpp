@@ -41,7 +41,7 @@ class SurfaceSystem {
   }
 
   [[nodiscard]] std::span<const double> membrane() const { return membrane_; }
-  /// That of N + mu C.
+  /// The plan of the factor of N + mu C.
   [[nodiscard]] const std::shared_ptr<const FactorPlan>& plan() const { return plan_; }
 
   /// Factors the preconditioner for rows whose weights are multiplied by `factor`. It serves for
@@ -51,27 +51,26 @@ class SurfaceSystem {
   /// Frees the memory of the factor until it is made again.
   void release() { factor_.reset(); }
 
-  /// (k,) W, the weights of the rows of K; 1 at first.
-  [[nodiscard]] std::span<double> resistance() { return resistance_; }
-  /// forces = K^T W detail.
-  void pull_back(Field detail, std::span<Vector3> forces);
+  /// forces = K^T W detail. W (k,), the `resistance`, are the weights of the rows of K.
+  void pull_back(std::span<const double> resistance, Field detail, std::span<Vector3> forces);
 
-  /// Adds the step D to X for which A D is the sum of `force` (k,), which is lost, and of the
-  /// forces of the rows and landmarks at X. Ends at the share `settled` of the error.
-  void solve(std::span<const SurfaceRow> rows, std::span<const Landmark> landmarks, double settled,
-             std::span<Vector3> x, std::span<Vector3> force);
+  /// Adds the step D to X for which A D, with K^T W K in the place of N, is the sum of `force`
+  /// (k,), which is lost, and of the forces of the rows and landmarks at X. Ends at the share
+  /// `settled` of the error.
+  void solve(std::span<const SurfaceRow> rows, std::span<const Landmark> landmarks,
+             std::span<const double> resistance, double settled, std::span<Vector3> x,
+             std::span<Vector3> force);
 
  private:
   SurfaceSystem(const ShapeModel& model, const std::vector<double>& membrane,
                 const SparseMatrix& normal, const TrackingConstants& constants,
                 std::span<const Tie> ties, Workers& workers);
   [[nodiscard]] std::vector<double> held(std::span<const Landmark> landmarks) const;
-  void multiply(Field x, std::span<Vector3> product);
+  void multiply(std::span<const double> resistance, Field x, std::span<Vector3> product);
   void apply_factor(Field right_side, std::span<Vector3> x);
 
   const DetailOperator& operator_;  // K
   std::vector<double> membrane_;    // mu
-  std::vector<double> resistance_;  // W
   const TrackingConstants& constants_;
   Workers& workers_;
   std::span<const Tie> ties_;

@@ -79,11 +79,11 @@ class View {
     const auto& c = corners_[at(face[2])];
     const double area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
     if (area == 0) return;
-    const auto first = [](double of_a, double of_b, double of_c) {
-      return static_cast<std::ptrdiff_t>(std::ceil(std::min({of_a, of_b, of_c}) - 0.5));
+    const auto first = [](double p, double q, double r) {
+      return static_cast<std::ptrdiff_t>(std::ceil(std::min({p, q, r}) - 0.5));
     };
-    const auto last = [](double of_a, double of_b, double of_c) {
-      return static_cast<std::ptrdiff_t>(std::floor(std::max({of_a, of_b, of_c}) - 0.5));
+    const auto last = [](double p, double q, double r) {
+      return static_cast<std::ptrdiff_t>(std::floor(std::max({p, q, r}) - 0.5));
     };
     const std::ptrdiff_t end_u = last(a[0], b[0], c[0]);
     const std::ptrdiff_t end_v = last(a[1], b[1], c[1]);
@@ -91,10 +91,10 @@ class View {
       for (std::ptrdiff_t u = first(a[0], b[0], c[0]); u <= end_u; ++u) {
         const double pu = static_cast<double>(u) + 0.5;
         const double pv = static_cast<double>(v) + 0.5;
-        const double of_b = ((pu - a[0]) * (c[1] - a[1]) - (pv - a[1]) * (c[0] - a[0])) / area;
-        const double of_c = ((b[0] - a[0]) * (pv - a[1]) - (b[1] - a[1]) * (pu - a[0])) / area;
-        if (of_b < 0 || of_c < 0 || of_b + of_c > 1) continue;
-        const double depth = a[2] + of_b * (b[2] - a[2]) + of_c * (c[2] - a[2]);
+        const double share_b = ((pu - a[0]) * (c[1] - a[1]) - (pv - a[1]) * (c[0] - a[0])) / area;
+        const double share_c = ((b[0] - a[0]) * (pv - a[1]) - (b[1] - a[1]) * (pu - a[0])) / area;
+        if (share_b < 0 || share_c < 0 || share_b + share_c > 1) continue;
+        const double depth = a[2] + share_b * (b[2] - a[2]) + share_c * (c[2] - a[2]);
         Pixel& pixel = nearest_[static_cast<std::size_t>(v * width_ + u)];
         if (depth < pixel.depth) pixel = {depth, component_[at(face[0])]};
       }
@@ -173,10 +173,10 @@ Visibility find_visibility(std::span<const Triangle> faces, std::span<const Inde
   }
   found.shares.resize(at(last + 1));
   double sum = 0;
-  for (const auto& of_view : pixels) {
-    for (std::size_t c = 0; c < of_view.size(); ++c) {
-      found.shares[c] += of_view[c];
-      sum += of_view[c];
+  for (const auto& counted : pixels) {
+    for (std::size_t c = 0; c < counted.size(); ++c) {
+      found.shares[c] += counted[c];
+      sum += counted[c];
     }
   }
   for (double& share : found.shares) share = sum > 0 ? share / sum : 0;
