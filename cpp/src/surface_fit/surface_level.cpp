@@ -187,9 +187,7 @@ bool SurfaceLevel::iterate(int left, bool fits_modes, double settled, const FitO
 FittedSurface SurfaceLevel::compared(SurfaceFrame frame, const Memory& memory, const Memory& next) {
   FittedSurface found = agreement_of(std::move(frame));
   if (!has_uncertainty_) return found;
-  const bool is_fitted = found.factored_weight > 0;
-  found.shape =
-      is_fitted ? step_.wanted_shape(memory.m, next) : std::vector<Vector3>(found.x.size());
+  found.shape = step_.wanted_shape(memory.m, next);
   step_.release();  // before that of the errors is made
   return found;
 }

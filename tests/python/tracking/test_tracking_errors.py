@@ -9,6 +9,7 @@ from tracking_reference import TrackedTrained, vertex_normals
 import dynmesh
 from dynmesh import Tracker
 from dynmesh.scans import DepthScan
+from dynmesh.tracker import Resolution
 
 
 def waved(vertices: Array, time: float) -> Array:
@@ -55,13 +56,14 @@ def test_a_useless_training_changes_nothing(rng: np.random.Generator) -> None:
         assert other.report.prior_weight == 0
 
 
+@pytest.mark.parametrize("resolution", ["best", 288])
 def test_standard_errors_describe_the_distance_from_the_surface(
-    rng: np.random.Generator,
+    resolution: Resolution, rng: np.random.Generator
 ) -> None:
     """Points tell the distance along normals well, and hidden parts follow a shape that changes."""
     mesh = bumpy_torus(24)
-    tracker = Tracker(mesh.faces, mesh.vertices, uncertainty=True)
-    plain = Tracker(mesh.faces, mesh.vertices)
+    tracker = Tracker(mesh.faces, mesh.vertices, uncertainty=True, resolution=resolution)
+    plain = Tracker(mesh.faces, mesh.vertices, resolution=resolution)
     assert (tracker.standard_error == 0).all()
     seen, unseen = [], []
     for n in range(1, 16):
