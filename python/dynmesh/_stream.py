@@ -8,57 +8,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _arrays, _core
-from ._arrays import Floats, Positions
+from ._arrays import Positions
 from ._checks import check_flags, check_integer, check_number
 from ._errors import KindError, SettingError
 from .frame import Frame
-from .geometry import vertex_normals
 from .polygons import Faces, Mesh, mesh_arrays
-from .topology import RefusedFace, TopologyReport, cells
+from .topology import RefusedFace, TopologyReport
 
 
-def trained(
-    training: Iterable[Positions], first_frame: Positions, faces: NDArray[np.integer[Any]]
-) -> Any:
-    """Returns frames as the core takes them; refuses mirror images of a closed mesh.
-
-    An open one may be bent the other way.
-    """
-    result, likeness = _core.training(first_frame), list[float]()
-    n_edges = len(cells(faces, len(first_frame))[1]) // 2
-    is_closed = 2 * n_edges - 3 * len(faces) < _OPEN * n_edges
-    own = _heights(first_frame, faces)
+def trained(training: Iterable[Positions], first_frame: Positions) -> Any:
+    """Returns frames as the core takes them."""
+    result = _core.training(first_frame)
     for frame in _arrays.frames("training", training):
-        points = _arrays.points("training", frame, first_frame.dtype)
-        result.add(points)
-        likeness.append(float(own @ _heights(points, faces)))
-    if is_closed and likeness and np.median(likeness) < _MIRRORED:
-        message = "the frames are mirror images of the mesh; mirror them back"
-        raise SettingError(message, argument="training")
+        result.add(_arrays.points("training", frame, first_frame.dtype))
     return result
-
-
-_OPEN = 0.05
-"""At most this share of the edges of a closed mesh are at a boundary."""
-_MIRRORED = -0.75
-"""The correlation of the heights of vertices over their neighbours with those of frame 0, below
-which frames are mirror images: these have the opposite heights, in any pose."""
-
-
-def _heights(points: Positions, faces: NDArray[np.integer[Any]]) -> Floats:
-    """How high (k, 3) vertices are above their neighbours, along the normals of the faces.
-
-    The sum of the squares is 1, or 0 of a flat mesh.
-    """
-    scaled: Floats = points / np.float64(np.abs(points).max(initial=0) or 1.0)
-    apart = np.zeros_like(scaled)
-    corners = scaled[faces]
-    for own in range(3):
-        away = 3 * corners[:, own] - corners.sum(axis=1)
-        for axis in range(3):
-            apart[:, axis] += np.bincount(faces[:, own], away[:, axis], len(points))
-    heights = (apart * vertex_normals(faces, scaled)).sum(axis=1)
-    return np.asarray(heights / (np.linalg.norm(heights) or 1.0))
 
 
 class Stream:
@@ -83,7 +46,7 @@ class Stream:
         # Copies: a pickle holds what was given, which the caller may change.
         self._faces = _arrays.triangles(faces, len(first)).copy()
         self._first_frame = first.copy()
-        frames = None if training is None else trained(training, first, self._faces)
+        frames = None if training is None else trained(training, first)
         self._training = None if frames is None else frames.frames()
         self._core = self._create(self._faces, self._first_frame, self._settings, frames)
 
@@ -92,11 +55,7 @@ class Stream:
 
     def __setstate__(self, given: tuple[dict[str, Any], bytes]) -> None:
         vars(self).update(given[0])
-        frames = (
-            None
-            if self._training is None
-            else trained(self._training, self._first_frame, self._faces)
-        )
+        frames = None if self._training is None else trained(self._training, self._first_frame)
         self._core = self._create(self._faces, self._first_frame, self._settings, frames)
         self.restore(given[1])
 

@@ -151,7 +151,7 @@ def register(
     check_integer("threads", threads, 1, 256)
     triangles = _arrays.triangles(own, len(frame))
     marks = _landmark_arrays(landmarks, frame.dtype)
-    learnt = None if training is None else trained(training, frame, triangles)
+    learnt = None if training is None else trained(training, frame)
     choices = align, scale, learnt, uncertainty, threads
     flat, observed, errors, result = _core.register(triangles, frame, scan, *marks, *choices)
     vertices = flat.reshape(-1, 3)

@@ -12,7 +12,7 @@ namespace dynmesh {
 /// Complete frames of the same mesh, for example of a range-of-motion recording, an earlier
 /// recording or the animation of a template. From them, method detail learns how the shape of the
 /// subject varies. Where the subject is and how it is turned does not matter, but the unit of
-/// length does.
+/// length does. Frames of other subjects, and mirror images of a closed mesh, have no effect.
 ///
 /// Of many frames, only some are kept, at regular intervals: every frame up to 75, then every
 /// second one, and so on. Frames of several training sequences can be added one after another.

@@ -25,6 +25,6 @@ ShapeModel::ShapeModel(const Topology& mesh_topology, std::span<const Triangle> 
       surroundings(topology.cells, frame, mean_edge),
       first_shape(detail_of(frame, k, workers)),
       is_trained(!training.empty()),
-      modes(training_modes(training, *this, workers)) {}
+      modes(training_modes(training, faces, *this, workers)) {}
 
 }  // namespace dynmesh

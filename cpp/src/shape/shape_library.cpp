@@ -28,9 +28,58 @@ constexpr std::size_t most_slots = slots_for(Training<double>::most_frames);
 constexpr int most_fits = 100;
 constexpr double settled = 1e-9;  // of the components of a quaternion
 
+/// The largest share of the area of a closed surface that is missing, and the largest mean
+/// correlation of its heights with those of mirror images.
+constexpr double most_open = 0.05;
+constexpr double mirrored = -0.75;
+
 bool are_near(const Quaternion& a, const Quaternion& b) {
   return std::abs(a.w - b.w) <= settled && std::abs(a.x - b.x) <= settled &&
          std::abs(a.y - b.y) <= settled && std::abs(a.z - b.z) <= settled;
+}
+
+/// How high vertices are above their neighbours, along the normals of the faces. Mirror images have
+/// the opposite heights, in any pose.
+std::vector<double> heights_of(std::span<const Triangle> faces, Field x) {
+  std::vector<Vector3> away(x.size()), normals(x.size());
+  for (const Triangle& face : faces) {
+    const Vector3 normal = normal_of(face, x);
+    for (const Index v : face) {
+      for (const Index other : face) away[at(v)] = away[at(v)] + (x[at(v)] - x[at(other)]);
+      normals[at(v)] = normals[at(v)] + normal;
+    }
+  }
+  std::vector<double> heights;
+  for (std::size_t v = 0; v < x.size(); ++v) heights.push_back(dot(away[v], normals[v]));
+  return heights;
+}
+
+/// The normals of a closed surface, as long as its areas, cancel out.
+bool is_closed(std::span<const Triangle> faces, Field x) {
+  Vector3 sum;
+  double area = 0;
+  for (const Triangle& face : faces) {
+    sum = sum + normal_of(face, x);
+    area += std::sqrt(squared_norm(normal_of(face, x)));
+  }
+  return std::sqrt(squared_norm(sum)) < most_open * area;
+}
+
+/// Whether the frames are mirror images of a closed surface; an open one may be bent the other way.
+bool are_mirrored(std::span<const std::vector<Vector3>> training, std::span<const Triangle> faces,
+                  Field first_frame) {
+  if (!is_closed(faces, first_frame)) return false;
+  const auto product = [](const std::vector<double>& a, const std::vector<double>& b) {
+    return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
+  };
+  const std::vector<double> own = heights_of(faces, first_frame);
+  double correlations = 0;
+  for (const auto& frame : training) {
+    const std::vector<double> heights = heights_of(faces, frame);
+    correlations +=
+        product(own, heights) / std::sqrt(product(own, own) * product(heights, heights));
+  }
+  return correlations < mirrored * static_cast<double>(training.size());
 }
 
 }  // namespace
@@ -175,9 +224,9 @@ void LearnedModes::make() {
 
 /// Q is fitted to a frame until it no longer changes, from the rotation that fits the whole frame
 /// best, since its pose may be far from frame 0.
-Modes training_modes(std::span<const std::vector<Vector3>> training, const ShapeModel& model,
-                     Workers& workers) {
-  if (training.empty()) return {};
+Modes training_modes(std::span<const std::vector<Vector3>> training,
+                     std::span<const Triangle> faces, const ShapeModel& model, Workers& workers) {
+  if (training.empty() || are_mirrored(training, faces, model.first_frame)) return {};
   double largest_rounding = 0;
   for (const auto& frame : training) {
     largest_rounding = std::max(largest_rounding, model.rounding.mean_square(frame));

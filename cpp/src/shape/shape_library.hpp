@@ -109,9 +109,9 @@ class LearnedModes {
 };
 
 /// Returns the modes of the shapes of the frames V of a training sequence, in the axes of frame 0;
-/// none without frames. Those of a moved and turned sequence are the same. All but the modes of the
-/// model is used.
-Modes training_modes(std::span<const std::vector<Vector3>> training, const ShapeModel& model,
-                     Workers& workers);
+/// none without frames, and of mirror images of a closed surface. Those of a moved and turned
+/// sequence are the same. All but the modes of the model is used.
+Modes training_modes(std::span<const std::vector<Vector3>> training,
+                     std::span<const Triangle> faces, const ShapeModel& model, Workers& workers);
 
 }  // namespace dynmesh

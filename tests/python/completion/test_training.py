@@ -224,9 +224,20 @@ def test_after_a_rest_the_pose_does_not_depend_on_rounding_errors() -> None:
         np.testing.assert_allclose(complete(shift), expected, rtol=0, atol=1e-9)
 
 
-def test_a_mirrored_training_set_is_refused_and_one_in_other_poses_is_not() -> None:
-    walker, other = dynmesh.synth.walker(1), dynmesh.synth.walker(12, seed=1).vertices
-    template = walker.faces, walker.vertices[0]
-    dynmesh.Completer(*template, training=other[..., [1, 2, 0]])
-    with pytest.raises(ValueError, match="training: the frames are mirror images of the mesh"):
-        dynmesh.Completer(*template, training=other * np.array([-1, 1, 1], np.float32))
+def test_mirror_images_of_a_closed_mesh_have_no_effect_and_other_axes_have_none_either() -> None:
+    walker, other = dynmesh.synth.walker(8), dynmesh.synth.walker(12, seed=1).vertices
+    known = dynmesh.degrade(walker, patches=0.3).known
+    assert known is not None
+
+    def complete(training: Any) -> tuple[Any, float]:
+        completer = dynmesh.Completer(walker.faces, walker.vertices[0], training=training)
+        for points, seen in zip(walker.vertices[1:], known[1:], strict=True):
+            made = completer.push(points, seen)
+        return made, completer.report.prior_weight
+
+    turned, weight = complete(other[..., [1, 2, 0]])
+    assert weight > 0.5
+    np.testing.assert_allclose(turned, complete(other)[0], rtol=0, atol=1e-4)
+    mirrored, weight = complete(other * np.array([-1, 1, 1], np.float32))
+    assert weight == 0
+    np.testing.assert_array_equal(mirrored, complete(None)[0])
