@@ -95,26 +95,33 @@ class Places:
 class Held:
     """Finds positions that a sensor repeats where it has lost what it follows.
 
-    They are bit for bit those of the last frame, while the surface beside them moved on. What rests
-    beside a surface whose motion begins smoothly is not held, nor is anything where most rests.
+    They are bit for bit those of the last frame, while the surface beside them moved on, and stay
+    held as long as they are repeated. What rests beside a surface whose motion begins smoothly is
+    not held, nor is anything where most rests.
     """
 
     def __init__(self, edges: Integers, mean_edge: float) -> None:
         self._edges, self._least = edges, _LEAST * mean_edge
         self._last: tuple[Positions, Mask] | None = None
+        self._held: Mask | None = None
 
     def watch(self, points: Positions, known: Mask) -> Mask:
         """Takes the next frame into account, and returns which of its vertices are held."""
-        held = np.zeros(len(points), np.bool_)
         last, self._last = self._last, (points, known)
         if last is None:
-            return held
+            return np.zeros(len(points), np.bool_)
         both = known & last[1]
         same = both & (points == last[0]).all(axis=1)
-        if not same.any() or 2 * np.count_nonzero(same) >= np.count_nonzero(both):
-            return held
+        held: Mask = np.zeros_like(same) if self._held is None else same & self._held
+        if same.any() and 2 * np.count_nonzero(same) < np.count_nonzero(both):
+            held |= same & self._tears_off(last[0], points, both, same)
+        self._held = held
+        return held
+
+    def _tears_off(self, before: Positions, points: Positions, both: Mask, same: Mask) -> Mask:
+        """Whether vertices are in a part that rests and most edges tear off."""
         edges = self._edges[both[self._edges].all(axis=1)]
-        motion = np.where(both[:, None], points.astype(np.float64) - last[0], 0.0)
+        motion = np.where(both[:, None], points.astype(np.float64) - before, 0.0)
         apart = np.linalg.norm(motion[edges[:, 0]] - motion[edges[:, 1]], axis=1)
         stays = same[edges]
         moved, border = ~stays.any(axis=1), stays[:, 0] != stays[:, 1]
@@ -126,7 +133,7 @@ class Held:
         torn, whole = (
             np.bincount(part[of], minlength=len(points)) for of in (inside[tears], inside)
         )
-        return np.asarray(same & (2 * torn > whole)[part])
+        return np.asarray((2 * torn > whole)[part])
 
 
 class Scatter:
