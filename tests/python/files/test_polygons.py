@@ -38,7 +38,7 @@ VERBS: dict[str, Any] = {
             dynmesh.Sequence(FRAMES, faces), dynmesh.Sequence(1.1 * FRAMES, faces)
         ).nmsve
     ),
-    "info": lambda faces: str(dynmesh.info(sequence_of(faces)).diagnosis),
+    "info": lambda faces: str(dynmesh.info(sequence_of(faces)).diagnosis.findings),
     "view": lambda faces: dynmesh.view(sequence_of(faces), max_frames=2).shown.triangles,
     "picture": lambda faces: np.asarray(dynmesh.picture(sequence_of(faces), count=1, size=32)),
 }
