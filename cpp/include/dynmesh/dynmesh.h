@@ -369,12 +369,12 @@ DYNMESH_EXPORT dynmesh_status dynmesh_tracker_create(const int32_t* faces, int64
                                                      const dynmesh_points* first_frame,
                                                      int32_t threads, dynmesh_tracker** tracker);
 
-/// Creates a tracker as dynmesh_tracker_create does, with more choices. If `uncertainty` is not zero, dynmesh_tracker_standard_error returns
-/// the standard error of each vertex. If `recover` is not zero, the template is sought again where
-/// it is lost. `resolution` is 0 for the best, or the number of vertices on which the template is
-/// tracked live. See TrackerSettings in tracker.hpp. `training` is null, or a training sequence of
-/// three frames or more of the type of `first_frame`, as for dynmesh_create_trained; its frames are
-/// copied.
+/// Creates a tracker as dynmesh_tracker_create does, with more choices. If `uncertainty` is not
+/// zero, dynmesh_tracker_standard_error returns the standard error of each vertex. If `recover` is
+/// not zero, the template is sought again where it is lost. `resolution` is 0 for the best, or the
+/// number of vertices on which the template is tracked live. See TrackerSettings in tracker.hpp.
+/// `training` is null, or a training sequence of three frames or more of the type of `first_frame`,
+/// as for dynmesh_create_trained; its frames are copied.
 DYNMESH_EXPORT dynmesh_status dynmesh_tracker_create_with(const int32_t* faces, int64_t n_faces,
                                                           const dynmesh_points* first_frame,
                                                           int32_t threads, int32_t uncertainty,

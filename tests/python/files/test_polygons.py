@@ -31,6 +31,12 @@ def sequence_of(faces: Any) -> dynmesh.Sequence:
     return dynmesh.Sequence(FRAMES, faces, MASKS)
 
 
+def findings_of(faces: Any) -> str:
+    diagnosis = dynmesh.info(sequence_of(faces)).diagnosis
+    assert diagnosis is not None
+    return str(diagnosis.findings)
+
+
 VERBS: dict[str, Any] = {
     "complete": lambda faces: dynmesh.read(dynmesh.complete(sequence_of(faces))).vertices,
     "evaluate": lambda faces: (
@@ -38,7 +44,7 @@ VERBS: dict[str, Any] = {
             dynmesh.Sequence(FRAMES, faces), dynmesh.Sequence(1.1 * FRAMES, faces)
         ).nmsve
     ),
-    "info": lambda faces: str(dynmesh.info(sequence_of(faces)).diagnosis.findings),
+    "info": findings_of,
     "view": lambda faces: dynmesh.view(sequence_of(faces), max_frames=2).shown.triangles,
     "picture": lambda faces: np.asarray(dynmesh.picture(sequence_of(faces), count=1, size=32)),
 }
