@@ -19,7 +19,6 @@ from .._progress import tracked
 from .._report import Quality, few_frames
 from ..completer import Completer, FrameReport
 from ..frame import Frame, Frames
-from ..geometry import mean_edge_of
 from ..header import Header
 from ..run import Records
 from ..settings import Settings
@@ -149,7 +148,7 @@ def completed_frames(
     bidirectional, drop_above = settings.get("bidirectional", False), settings.get("drop_above")
     watched = Watched(
         source,
-        mean_edge_of(start.points, source.faces),
+        start.points,
         settings.get("noise"),
         rejects=settings.get("reject_outliers", False),
     )

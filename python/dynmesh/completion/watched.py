@@ -176,10 +176,13 @@ class Watched:
     """
 
     def __init__(
-        self, source: Frames, mean_edge: float, noise: float | None, *, rejects: bool
+        self, source: Frames, whole: Positions, noise: float | None, *, rejects: bool
     ) -> None:
-        self._source, self._mean_edge, self._noise = source, mean_edge, noise
+        """`whole` are the positions of a complete frame."""
+        self._source, self._noise = source, noise
         self._edges = edges_of(source.faces, source.n_vertices)
+        lengths = np.linalg.norm(np.diff(whole[self._edges], axis=1)[:, 0], axis=1)
+        self._mean_edge = float(lengths.mean()) if len(lengths) else 0.0
         self._rejects = rejects
         self._watched = set[int]()
         self.held = Places(source.n_vertices)

@@ -40,7 +40,7 @@ streams = [
     _complete("`start`: a frame that is not there", lambda w: dynmesh.complete(w.sequence, start=99), ValueError, "start:", "no frame 99"),
     _complete("`speed=1`", lambda w: dynmesh.complete(w.sequence, speed=1), TypeError, "'speed'"),  # type: ignore[call-arg]
     _complete("`noise=-1`", lambda w: dynmesh.complete(w.sequence, noise=-1.0), ValueError, "noise:", "-1"),
-    _complete("a report before its time", lambda _: dynmesh.complete("body.npz").report, ValueError, "report:", "gone through"),
+    _complete("a report before its time", lambda _: dynmesh.complete("body.npz").report, ValueError, "report:", "go through"),
 ]  # fmt: skip
 
 _cells = of("cells")

@@ -227,7 +227,7 @@ cases = [
     _file("a unit of the scans alone", _track("cloud", scan_unit="mm"), ValueError, "template.npz:", "states no unit"),
     _file("a file states a unit, the template none", _track("in_mm"), ValueError, "template.npz:", "0.001 m"),
     _file("`scan_unit`: furlong", _track("cloud", scan_unit="furlong"), ValueError, "scan_unit:", "'furlong'"),
-    _file("scans in millimetres, said to be metres", _track("cloud", "template_m.npz", scan_unit="mm"), ValueError, "template_m.npz:", "times as large", "both were in the same unit"),
+    _file("scans in millimetres, said to be metres", _track("cloud", "template_m.npz", scan_unit="mm"), ValueError, "template_m.npz:", "times as large", "its diagonal is"),
     _file("`crop`: -1", _track("cloud", crop=-1), ValueError, "crop:", "-1"),
     _file("`crop`: two numbers", _track("cloud", crop=(1, 2)), ValueError, "crop:", "two corners", "(1, 2)"),
     _file("`crop`: the corners of the box are exchanged", _track("cloud", crop=(0, 0, 1, 1, 1, 0)), ValueError, "crop:", "smaller"),
