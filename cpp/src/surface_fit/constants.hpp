@@ -108,8 +108,8 @@ struct TrackingConstants {
   /// Nor are those that have a smaller share of the points that their share in what the sensors see
   /// of the surface promises.
   double least_measured = 0.2;
-  /// A component begins a frame elsewhere than the others if its vertices are nearer to points
-  /// there by more than this on average, each at so many vertices.
+  /// Components that ties hold together begin a frame elsewhere than the others if their vertices
+  /// are nearer to points there by more than this on average, each group at so many vertices.
   double own_start = 0.5;
   std::size_t vertices_of_start = 50;
   /// So many vertices of a lost component are sought among the points.
