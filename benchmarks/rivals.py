@@ -1,4 +1,4 @@
-"""Compares with other libraries on the built-in subjects, in a few frames of each.
+"""Compares with other libraries on the built-in subjects, and on some of its own, in few frames.
 
     script/reproduce rivals
 
@@ -8,13 +8,15 @@ below 1, it is more accurate. A test measures the same again.
 """
 
 import argparse
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import get_args
 
 import numpy as np
 
 from dynmesh import losses, synth
+from dynmesh._arrays import Mask
 
+from . import deep_holes
 from .harness import ABSENT, Line, Table, nmsve_cell, number, progress
 from .methods import ARAP_FROM_PREVIOUS, BASELINES, DETAIL, MOTION
 from .runner import followed, run_all
@@ -23,9 +25,14 @@ from .tracking_baselines import methods
 
 NAMES: tuple[synth.Name, ...] = get_args(synth.Name)
 COMPLETED = range(0, 25, 3)  # frames
+CLOTHS = {"cloth 30 x 30": (30, 1), "cloth 45 x 45": (45, 2)}  # vertices along a side, and a seed
 TRACKED = range(0, 9, 4)
 _POINTS = 5000
 LARGEST = 5000  # vertices of subjects that are tracked; rivals take minutes for larger ones
+COMPLETED_NAMES = (*NAMES, *CLOTHS, *deep_holes.SUBJECTS)
+
+Case = tuple[Subject, dict[str, list[Mask]]]
+"""A subject and the known masks of its frames, by the names of the losses."""
 
 
 def subjects(frames: range, names: Iterable[synth.Name] = NAMES) -> list[Subject]:
@@ -38,14 +45,32 @@ def subjects(frames: range, names: Iterable[synth.Name] = NAMES) -> list[Subject
     return found
 
 
-def completion(chosen: Iterable[Subject]) -> Table:
+def cloth(name: str) -> Subject:
+    """Return some frames of a cloth of another size."""
+    grid, seed = CLOTHS[name]
+    sequence = synth.cloth(COMPLETED[-1] + 1, grid=grid, seed=seed)
+    return Subject(name, sequence.vertices[COMPLETED].astype(np.float64), sequence.faces, "z", 0.0)
+
+
+def cases(names: Iterable[str]) -> Iterator[Case]:
+    """Yield what is completed of subjects of these names."""
+    for name in names:
+        if name in deep_holes.SUBJECTS:
+            subject = deep_holes.SUBJECTS[name]()
+            yield subject, {"deep holes": deep_holes.masks(subject)}
+        else:
+            built_in = subjects(COMPLETED, [known for known in NAMES if known == name])
+            subject = cloth(name) if name in CLOTHS else built_in[0]
+            yield subject, losses_of(subject, (0.1, 0.3), ("camera",))
+
+
+def completion(chosen: Iterable[Case]) -> Table:
     """Errors of completion, and that of detail relative to the best of libigl."""
     rivals = (*BASELINES, ARAP_FROM_PREVIOUS)
     compared = (DETAIL, MOTION, *rivals)
     labels = ("detail", "motion", *(rival.label for rival in rivals))
     lines: list[Line] = [("subject", "known", *labels, "detail / best of libigl")]
-    for subject in chosen:
-        masks = losses_of(subject, (0.1, 0.3), ("camera",))
+    for subject, masks in chosen:
         found = run_all(subject, compared, masks)
         for loss in masks:
             errors = [
@@ -83,4 +108,4 @@ def _relative(ours: float, rivals: list[float]) -> str:
 
 def tables(_: argparse.Namespace) -> list[Table]:
     """Errors on the built-in subjects, relative to those of libigl and trimesh."""
-    return [completion(subjects(COMPLETED)), tracking(subjects(TRACKED))]
+    return [completion(cases(COMPLETED_NAMES)), tracking(subjects(TRACKED))]

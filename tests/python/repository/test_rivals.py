@@ -24,10 +24,10 @@ def assert_as_accurate(measured: Table) -> None:
             assert float(row[-1]) <= 1.05 * float(expected) + 0.001, row
 
 
-@pytest.mark.parametrize("name", rivals.NAMES)
-def test_completion(name: Name) -> None:
+@pytest.mark.parametrize("name", rivals.COMPLETED_NAMES)
+def test_completion(name: str) -> None:
     pytest.importorskip("igl", reason="libigl is not installed")
-    assert_as_accurate(rivals.completion(rivals.subjects(rivals.COMPLETED, [name])))
+    assert_as_accurate(rivals.completion(rivals.cases([name])))
 
 
 @pytest.mark.parametrize("name", [row[0] for row in cells(DOCS / "tables/rivals-tracking.csv")[1:]])
