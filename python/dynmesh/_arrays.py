@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from ._checks import as_array, refuse_mask
-from ._errors import InputError, KindError
+from ._errors import DynmeshError, InputError, KindError
 from .polygons import Faces, mesh_arrays, split_faces
 
 Positions: TypeAlias = NDArray[np.floating[Any]]
@@ -102,11 +102,14 @@ def packed(array: NDArray[Any], dtype: DTypeLike) -> NDArray[Any]:
 
 
 def as_mask(known: NDArray[Any]) -> Mask:
-    """Returns (k,) or (n, k) integers that are 0 or 1 as bool, and bool as it is."""
+    """Returns (k,) or (n, k) integers 0 and 1, or bytes 0 and 255, as bool, and bool as it is."""
     if known.dtype == np.bool_:
         return known
+    if known.dtype.kind not in "iu":
+        raise KindError(f"must be bool, or integers 0 and 1, not {known.dtype}", argument="known")
     mask = known.astype(np.bool_)
-    if len(others := np.argwhere(known != mask)):
+    is_image = known.dtype == np.uint8 and known.max(initial=0) == 255
+    if len(others := np.argwhere(known != (255 * mask if is_image else mask))):
         *frame, vertex = others[0].tolist()
         raise InputError(
             f"must be 0 or 1 for each vertex, but vertex {vertex} has {known[*frame, vertex]}",
@@ -116,11 +119,20 @@ def as_mask(known: NDArray[Any]) -> Mask:
     return mask
 
 
+def mask_in_file(known: NDArray[Any], least_confidence: float | None) -> Mask:
+    """Returns a mask of a file as bool; one of confidences, where they are at least that."""
+    if least_confidence is not None and known.dtype != np.bool_:
+        return np.asarray(known >= least_confidence)
+    try:
+        return as_mask(known)
+    except DynmeshError as error:
+        error.reason += "; of confidences, `least_confidence` is the least that counts as known"
+        raise
+
+
 def known_mask(given: Any) -> Mask:
     """Returns a known mask (k,) as a packed array."""
     mask = plain("known", given)
-    if mask.dtype.kind not in "biu":
-        raise KindError(f"must be bool, or integers 0 and 1, not {mask.dtype}", argument="known")
     if mask.ndim != 1:
         raise InputError(f"must have shape (k,), not {mask.shape}", argument="known")
     return np.ascontiguousarray(as_mask(mask))

@@ -37,7 +37,7 @@ largest_start = 2**53
 
 
 _ACCEPTED = {
-    "b": ("biu", "bool, or integers 0 and 1, not {}"),
+    "b": ("biuf", "bool or numbers, not {}"),
     "i": ("iu", "integers, not {}"),
     "f": ("f", "floats, not {}"),
 }

@@ -8,7 +8,7 @@ from typing import Any, TypeAlias, cast, overload
 
 import numpy as np
 
-from ._arrays import Integers, as_mask
+from ._arrays import Integers, mask_in_file
 from ._checks import (
     frame_index,
     indices_among,
@@ -16,7 +16,7 @@ from ._checks import (
 )
 from ._errors import locating, naming
 from .frame import Frame, Frames, check_any, frame_at, rate, summary
-from .header import RANGE, Header, Origin
+from .header import ATTRIBUTES, RANGE, Header, Origin
 
 Indices: TypeAlias = Sequence[int]
 """Of frames, counted from 0."""
@@ -35,6 +35,9 @@ class Stored(Frames):
         IndexError: there is no such frame.
     """
 
+    least_confidence: float | None = None
+    """Of the values of `known` that are no mask: the least that counts as known."""
+
     def frames(
         self, start: int = 0, stop: int | None = None, step: int = 1
     ) -> Generator[Frame, None, None]:
@@ -46,7 +49,9 @@ class Stored(Frames):
         with naming(self.path):
             for number, frame in zip(self._while_open(numbers), self._frames(numbers), strict=True):
                 with locating(frame=self.header.number(number)):
-                    known = None if frame.known is None else as_mask(frame.known)
+                    known = frame.known
+                    if known is not None:
+                        known = mask_in_file(known, self.least_confidence)
                 yield replace(frame, known=known)
 
     def _while_open(self, numbers: Indices) -> Iterator[int]:
@@ -105,6 +110,15 @@ class FileFrames(Stored):
         self.files = [path] if files is None else [*files]
         self.lost, self.origin = lost, origin
         check_any(self)
+
+    def _lost_frame(self) -> Frame:
+        """A frame in which nothing was observed."""
+        k = self.n_vertices
+        attributes: dict[str, Any] = {
+            name: np.full(k, ATTRIBUTES[name].absent, ATTRIBUTES[name].dtype)
+            for name in self.header.attributes
+        }
+        return Frame(np.full((k, 3), np.nan, self.dtype), **attributes)
 
     def __repr__(self) -> str:
         header = self.header

@@ -6,13 +6,14 @@ keeps. They process one frame at a time, so memory does not grow with the length
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from pathlib import PurePath
 from typing import Any, Literal, TypeAlias, TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .._checks import check_choice, path_of
-from .._errors import naming
+from .._checks import check_choice, check_finite, path_of
+from .._errors import InputError, naming
 from ..frame import Frames, check_any
 from ..polygons import Faces, split_faces
 from ..run import Kept, Run
@@ -58,8 +59,13 @@ class Source(TypedDict, total=False):
     faces: Faces | PathLike | None
     prim: str | None
     known: NDArray[np.bool_] | PathLike | None
-    missing: Literal["zero"] | None
+    missing: float | Literal["zero"] | None
+    least_confidence: float | None
     gaps: Gaps
+
+
+_PRIMVARS = "primvars:"
+"""What names of primvars begin with."""
 
 
 def open(
@@ -69,7 +75,8 @@ def open(
     faces: Faces | PathLike | None = None,
     prim: str | None = None,
     known: NDArray[np.bool_] | PathLike | None = None,
-    missing: Literal["zero"] | None = None,
+    missing: float | Literal["zero"] | None = None,
+    least_confidence: float | None = None,
     gaps: Gaps = "refuse",
 ) -> Stored:
     """Opens the frames of a file, which are read one by one, in constant memory.
@@ -82,25 +89,42 @@ def open(
         prim: the path of the mesh, if the file holds several (USD, Alembic).
         known: which vertices are known, bool (n, k) in a .npy file, or known in a .npz file; or a
             text file of vertices that are not, in lines "frame vertex vertex ...", where the frame
-            ``*`` stands for all.
-        missing: "zero" if vertices at exactly (0, 0, 0) are missing.
-        gaps: what frames are whose file is missing: "refuse" makes them an error, "lost" frames in
-            which nothing was observed.
+            ``*`` stands for all; or, of USD, a primvar, such as ``primvars:tracked``.
+        missing: a number, such as -999, or "zero": vertices are missing of which all three
+            coordinates are exactly that.
+        least_confidence: the least value that counts as known, if the known masks are confidences:
+            0 to 255, or 0 to 1.
+        gaps: what frames are whose file is missing, or in which a mesh of USD has no points or no
+            mask, or is invisible: "refuse" makes them an error, "lost" frames in which nothing was
+            observed.
     """
     path = path_of("path", path)
-    if missing is not None:
-        check_choice("missing", missing, Literal["zero"])
+    missing = 0.0 if missing == "zero" else missing
+    if isinstance(missing, str):
+        message = f"must be a number or 'zero', not {missing!r}"
+        raise InputError(message, argument="missing", value=missing)
+    for name, value in (("missing", missing), ("least_confidence", least_confidence)):
+        if value is not None:
+            check_finite(name, value)
     check_choice("gaps", gaps, Gaps)
+    primvar = None
+    if isinstance(known, str | PurePath) and PurePath(known).name.startswith(_PRIMVARS):
+        primvar, known = PurePath(known).name.removeprefix(_PRIMVARS), None
     with naming(path):
         template, chosen = _template(faces), format_of(path, format)
         path = existing_file(path, chosen)
-        frames = chosen.open(path, faces=template, prim=prim, gaps=gaps)
+        frames = chosen.open(path, faces=template, prim=prim, gaps=gaps, primvar=primvar)
     if isinstance(frames, Sequence):  # as a simple format of another package reads it
         frames = frames.named(str(path), [path])
-    if known is None and missing is None:
-        return frames
     try:
-        return MaskedFrames(frames, known, zero_is_missing=missing == "zero")
+        if least_confidence is not None and known is None:
+            if not frames.header.has_known:
+                message = "is that of known masks, of which there are none"
+                raise InputError(message, argument="least_confidence", value=least_confidence)
+            frames.least_confidence = least_confidence
+        if known is None and missing is None:
+            return frames
+        return MaskedFrames(frames, known, missing, least_confidence)
     except BaseException:
         frames.close()
         raise

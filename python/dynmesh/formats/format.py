@@ -19,7 +19,7 @@ from .comments import Metadata
 
 Write: TypeAlias = Callable[[Path, Header, Frames], Iterable[str] | None]
 Gaps: TypeAlias = Literal["refuse", "lost"]
-"""What becomes of frames whose file is missing: an error, or frames without observations."""
+"""What becomes of frames that are missing: an error, or frames without observations."""
 
 
 STATED = {
@@ -46,7 +46,8 @@ HOLDS_FACES = "holds its faces; faces can be given only for files that hold none
 _NOT_TAKEN = {
     "faces": HOLDS_FACES,
     "prim": "holds a single mesh; prim is only for USD and Alembic",
-    "gaps": "gaps is only for one file per frame; mark vertices that were not observed as missing",
+    "gaps": "gaps is only for one file per frame and USD; mark what was not observed as missing",
+    "primvar": "has no primvars, as only USD has them",
 }
 
 
@@ -116,7 +117,8 @@ class Format:
             :class:`dynmesh.Header` "fps", "polygons", "up_axis", "name", "start", "times",
             "metres_per_unit" and "subdivision". What is not kept, writing says.
         takes: which keywords `read` takes: "faces", a `Template`; "prim", the path of one mesh
-            among several; "gaps", what becomes of missing frames, of one file per frame.
+            among several; "gaps", what becomes of missing frames, of one file per frame or of a
+            scene; "primvar", the name of the known mask in a scene.
         library: the module that the format needs, and the extra that installs it; None if it needs
             none.
         meshes: the paths of all meshes of a file, and whether each moves; None if a file holds a
@@ -156,7 +158,7 @@ class Format:
     @property
     def is_per_frame(self) -> bool:
         """Whether a file holds one frame."""
-        return "gaps" in self.takes
+        return "gaps" in self.takes and self.meshes is None
 
     def open(self, path: Path, **given: Any) -> Stored:
         """Opens a sequence with these keywords, and refuses what `read` does not take."""

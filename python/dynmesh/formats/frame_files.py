@@ -4,7 +4,7 @@ from abc import abstractmethod
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, ClassVar, NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
@@ -89,15 +89,6 @@ class FilePerFrame(FileFrames):
                 frame, polygons, metadata, _ = self._load(file)
                 self._compare(frame, polygons, metadata)
             yield replace(frame, points=frame.points.astype(self.dtype, copy=False))
-
-    def _lost_frame(self) -> Frame:
-        """A frame in which nothing was observed."""
-        k = self.n_vertices
-        attributes: dict[str, Any] = {
-            name: np.full(k, ATTRIBUTES[name].absent, ATTRIBUTES[name].dtype)
-            for name in self.header.attributes
-        }
-        return Frame(np.full((k, 3), np.nan, self.dtype), **attributes)
 
     def _compare(self, frame: Frame, polygons: Polygons, metadata: Metadata) -> None:
         """Raises an error unless a frame matches the first one."""

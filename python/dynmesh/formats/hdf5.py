@@ -1,7 +1,7 @@
 """HDF5: datasets of the root group, with the same names as in `.npz`.
 
-`known` is a bool dataset as h5py writes it, an 8-bit enumeration of FALSE and TRUE, or integers 0
-and 1; others are refused, since they might be weights or labels. `fps`, `up_axis`, `name`, `start`,
+`known` is a bool dataset as h5py writes it, an 8-bit enumeration of FALSE and TRUE, or numbers, as
+in all formats. `fps`, `up_axis`, `name`, `start`,
 `metres_per_unit` and `standard_error_of` may also be attributes of the root group.
 Datasets in other groups are ignored, and data in other files, to which HDF5 can refer by links,
 virtual datasets and raw storage, are refused.

@@ -9,26 +9,34 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from .._arrays import Mask, as_mask
+from .._arrays import Mask, mask_in_file
 from .._checks import as_array, path_of
 from .._errors import InputError, locating, naming, of_library
 from ..frame import Frame
 from ..header import ATTRIBUTES, Header
 from ..stored import FileFrames, Indices, Stored
-from .npz import array_in
+from .npz import arrays_in
 from .rows import read_header
 from .text import lines_in, number_of, words_in
 from .times import index_of
 
 
 class MaskedFrames(FileFrames):
-    """A sequence whose known masks are given, or derived from positions of zero, or both."""
+    """A sequence whose known masks are given, or derived from a position, or both.
+
+    Vertices all of whose coordinates are `missing` are not known.
+    """
 
     def __init__(
-        self, reader: Stored, known: Mask | str | PathLike[str] | None, *, zero_is_missing: bool
+        self,
+        reader: Stored,
+        known: Mask | str | PathLike[str] | None,
+        missing: float | None = None,
+        least_confidence: float | None = None,
     ) -> None:
-        self._reader = reader
-        self._zero_is_missing = zero_is_missing
+        self._reader, self.least_confidence = reader, least_confidence
+        with np.errstate(over="ignore"):
+            self._missing = None if missing is None else reader.dtype.type(missing)
         shape = (reader.n_frames, reader.n_vertices)
         self._mask_files = [path_of("known", known)] if isinstance(known, str | PathLike) else []
         self._known: Mask | None = None
@@ -50,13 +58,13 @@ class MaskedFrames(FileFrames):
             if self._known is not None:
                 file = self._mask_files[0] if self._mask_files else None
                 with locating(frame=self.header.number(number), file=file):
-                    known = as_mask(np.array(self._known[number]))
+                    known = mask_in_file(np.array(self._known[number]), self.least_confidence)
             for listed in (None, number):
                 if listed in self._damaged:
                     known = known.copy()
                     known[self._damaged[listed]] = False
-            if self._zero_is_missing:
-                known = np.asarray(known & (frame.points != 0).any(axis=1), np.bool_)
+            if self._missing is not None:
+                known = known & (frame.points != self._missing).any(axis=1)
             if number in self.lost:
                 known = np.zeros_like(known)
             yield replace(frame, known=known)
@@ -105,7 +113,7 @@ def _load(known: Any, shape: tuple[int, int]) -> Mask:
     path = path_of("known", known, "a numpy array or a path")
     with naming(path):
         if path.suffix.lower() == ".npz":
-            mask: Mask = array_in(path, "known")
+            mask: Mask = arrays_in(path, "known")["known"]
         else:
             with path.open("rb") as file:
                 read_header(file)  # numpy would allocate memory without checking

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._arrays import Integers, Positions, as_mask
+from .._arrays import Integers, Positions
 from .._core import parse_ply
 from .._errors import InputError
 from ..frame import Frame, Frames
@@ -85,7 +85,10 @@ def _attribute(vertices: Columns, row: Attribute) -> NDArray[Any]:
         return _floats(vertices, row.name)
     if row.dtype.kind == "i":
         return _integers(vertices, row.name, row.dtype)
-    return as_mask(_integers(vertices, row.name, np.dtype(np.int64)))
+    column = vertices[row.name]
+    if not isinstance(column, np.ndarray):
+        raise InputError(f"its property '{row.name}' must be numbers")
+    return column
 
 
 def _floats(vertices: Columns, name: str) -> NDArray[np.floating[Any]]:

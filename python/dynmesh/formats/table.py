@@ -19,7 +19,7 @@ from .format import Format
 from .hdf5 import hdf5
 from .names import FrameNames, files_in, matching, with_gaps
 from .npy import npy
-from .npz import npz
+from .npz import npz, npz_frames
 from .obj import obj
 from .pc2 import pc2
 from .ply import ply
@@ -29,7 +29,7 @@ from .usd import usd, usdz
 PathLike: TypeAlias = str | os.PathLike[str]
 
 
-_OWN = (npz, hdf5, npy, pc2, ply, obj, usd, usdz, alembic, model)
+_OWN = (npz, npz_frames, hdf5, npy, pc2, ply, obj, usd, usdz, alembic, model)
 
 FORMATS: dict[str, Format] = {format.name: format for format in _OWN}
 """The formats of dynmesh by name."""
@@ -68,13 +68,18 @@ def existing_file(path: Path, format: Format) -> Path:
     """Returns the path or, of a format with one file a sequence, the only file it stands for."""
     if format.is_per_frame or path.exists():
         return path
-    result = [*FrameNames.of(path).existing().values()] or sorted(matching(path))
+    result = _files_of(path)
     if len(result) > 1:
         raise InputError(
             f"stands for {len(result)} files, from {result[0].name} on, which are no sequence, as "
             f"each {format.name} file is one of its own; name one"
         )
     return result[0] if result else path
+
+
+def _files_of(path: Path) -> list[Path]:
+    """The files that a pattern or a glob stands for."""
+    return [*FrameNames.of(path).existing().values()] or sorted(matching(path))
 
 
 def _choose(path: Path, name: str | None, otherwise: str, *, written: bool = False) -> Format:
@@ -93,6 +98,8 @@ def _choose(path: Path, name: str | None, otherwise: str, *, written: bool = Fal
             format.suffixes[0]: format for format in all_formats().values() if format.is_per_frame
         }
         results = [suffix for suffix in numbered if files_in(path, suffix)]
+        if len(results) > 1 and npz_frames.suffixes[0] in results:  # results beside the frames
+            results.remove(npz_frames.suffixes[0])
         if len(results) == 1:
             return numbered[results[0]]
         what = " and ".join(results) or f"no {' or '.join(numbered)}"
@@ -100,10 +107,12 @@ def _choose(path: Path, name: str | None, otherwise: str, *, written: bool = Fal
     if not path.suffix:
         raise InputError(f"has no suffix, which would determine the format; {otherwise}")
     suffix = path.suffix.lower()
-    for format in possible.values():
-        if suffix in format.suffixes:
-            return format
-    suffixes = listed(suffix for format in possible.values() for suffix in format.suffixes)
+    fitting = [format for format in possible.values() if suffix in format.suffixes]
+    if len(fitting) > 1 and not path.exists() and len(_files_of(path)) > 1:
+        fitting.sort(key=lambda format: not format.is_per_frame)
+    if fitting:
+        return fitting[0]
+    suffixes = listed(dict.fromkeys(one for format in possible.values() for one in format.suffixes))
     raise InputError(f"{refused} '{path.suffix}'; the suffixes are {suffixes}")
 
 
@@ -134,7 +143,8 @@ def named_like(frames: Frames, folder: Path) -> tuple[Path, list[str]]:
     path = frames.path
     if (folder.suffix and not folder.is_dir()) or not frames.files:
         return folder, []
-    suffixes = [one.suffixes[0] for one in all_formats().values() if one.is_per_frame]
+    written = (one for one in all_formats().values() if one.write and one.is_per_frame)
+    suffixes = [one.suffixes[0] for one in written]
     for suffix in suffixes:
         if files_in(path, suffix) if path.is_dir() else path.suffix.lower() == suffix:
             break

@@ -296,7 +296,7 @@ usd = Format(
     UsdFrames,
     write_usd,
     frozenset({"known", "provenance", "texture", *STATED}),
-    frozenset({"prim"}),
+    frozenset({"prim", "gaps", "primvar"}),
     library=("pxr.Usd", "usd"),
     meshes=lambda path: UsdScene(path).moves,
     overlay=write_overlay,

@@ -1,12 +1,13 @@
 """A mesh in a stage: its faces, texture coordinates and attributes, and what moves or places it."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .._errors import InputError
+from .._report import some_of
 from ..header import ATTRIBUTES, with_all_needed
 from ..polygons import Polygons, reversal, turned
 from .format import check_same_faces
@@ -44,19 +45,36 @@ def is_left_handed(mesh: Any) -> bool:
     return bool(mesh.GetOrientationAttr().Get() == "leftHanded")
 
 
-def primvars_of(mesh: Any) -> dict[str, Any]:
-    """Returns the attributes of the primvars that exist; generation and age only together."""
-    geometry, sdf = pxr("UsdGeom"), pxr("Sdf")
-    result = {name: geometry.PrimvarsAPI(mesh).GetPrimvar(name) for name in primvars}
+_NUMBERS = {
+    f"{kind}[]"
+    for kind in "bool uchar int uint int64 uint64 half float double".split()  # noqa: SIM905
+}
+"""Types of values that a known mask may have; floats are confidences."""
+
+
+def primvars_of(mesh: Any, known: str | None = None) -> dict[str, Any]:
+    """Returns the attributes of the primvars that exist; generation and age only together.
+
+    The known mask may have another name, which must exist.
+    """
+    api, sdf = pxr("UsdGeom").PrimvarsAPI(mesh), pxr("Sdf")
+    result = {
+        name: api.GetPrimvar(known if name == "known" and known else name) for name in primvars
+    }
     result = {name: primvar for name, primvar in result.items() if primvar.HasAuthoredValue()}
     result = {name: result[name] for name in with_all_needed(result)}
+    if known and "known" not in result:
+        there = [one.GetPrimvarName() for one in api.GetPrimvarsWithAuthoredValues()]
+        reason = f"{mesh.GetPath()} has no primvar {known!r}, only {some_of(there) or 'none'}"
+        raise InputError(reason, argument="known", value=f"primvars:{known}")
     for name, primvar in result.items():
-        kind = getattr(sdf.ValueTypeNames, primvars[name])
-        interpolation = primvar.GetInterpolation()
-        if (primvar.GetTypeName(), interpolation) != (kind, "vertex") or primvar.IsIndexed():
+        kind, interpolation = primvar.GetTypeName(), primvar.GetInterpolation()
+        wanted = getattr(sdf.ValueTypeNames, primvars[name])
+        is_right = kind == wanted or (name == "known" and str(kind) in _NUMBERS)
+        if not is_right or interpolation not in ("vertex", "varying") or primvar.IsIndexed():
             raise InputError(
-                f"primvars:{name}: must be {kind} with vertex interpolation and without indices, "
-                f"not {primvar.GetTypeName()} with {interpolation} interpolation"
+                f"{primvar.GetName()}: must be {wanted} with vertex interpolation and without "
+                f"indices, not {kind} with {interpolation} interpolation"
             )
     return {name: primvar.GetAttr() for name, primvar in result.items()}
 
@@ -106,19 +124,45 @@ def moved_by(mesh: Any) -> tuple[str, ...]:
 
 
 def is_moving(mesh: Any) -> bool:
-    """Whether transforms of the mesh, or above it, change with time."""
+    """Whether transforms of the mesh, or above it, change with time.
+
+    Exporters write a sample for every frame, also where nothing moves.
+    """
     geometry, stage = pxr("UsdGeom"), mesh.GetPrim().GetStage()
     prims = map(stage.GetPrimAtPath, mesh.GetPath().GetPrefixes())
-    return any(
-        geometry.Xformable(one).TransformMightBeTimeVarying()
-        for one in prims
-        if one.IsA(geometry.Xformable)
-    )
+    every = [geometry.Xformable(one) for one in prims if one.IsA(geometry.Xformable)]
+    times = {time for one in every for time in one.GetTimeSamples()}
+    first, *others = placements(mesh, sorted(times) or [0.0])
+    least = _STILL * np.abs(first).max()
+    return any(np.abs(other - first).max() > least for other in others)
+
+
+_STILL = 1e-6
+"""How much transforms may differ that stand still, as programs round them."""
+
+
+def placements(mesh: Any, times: Iterable[float]) -> Iterator[NDArray[np.float64]]:
+    """Yields the (4, 4) matrix that takes rows (x, y, z, 1) to the scene at each time."""
+    cache = pxr("UsdGeom").XformCache()
+    for time in times:
+        cache.SetTime(time)
+        yield np.array(cache.GetLocalToWorldTransform(mesh.GetPrim()))
 
 
 def to_scene(mesh: Any, times: list[float]) -> Iterator[NDArray[np.float64]]:
     """Yields what takes directions in the mesh to the scene, at these times if it changes."""
-    cache = pxr("UsdGeom").XformCache()
-    for time in times if is_moving(mesh) else times[:1]:
-        cache.SetTime(time)
-        yield np.array(cache.GetLocalToWorldTransform(mesh.GetPrim()))[:3, :3]
+    return (matrix[:3, :3] for matrix in placements(mesh, times if is_moving(mesh) else times[:1]))
+
+
+def hidden_times(mesh: Any, times: Sequence[float]) -> frozenset[float]:
+    """Returns those of these times at which the mesh is invisible; none if it always is."""
+    geometry, stage = pxr("UsdGeom"), mesh.GetPrim().GetStage()
+    prims = map(stage.GetPrimAtPath, mesh.GetPath().GetPrefixes())
+    every = [
+        geometry.Imageable(one).GetVisibilityAttr() for one in prims if one.IsA(geometry.Imageable)
+    ]
+    if not any(one.ValueMightBeTimeVarying() for one in every):
+        return frozenset()
+    image = geometry.Imageable(mesh)
+    hidden = {time for time in times if image.ComputeVisibility(time) == "invisible"}
+    return frozenset() if len(hidden) == len(times) else frozenset(hidden)

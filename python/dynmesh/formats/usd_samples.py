@@ -42,17 +42,22 @@ def timing(stage: Any, times: Sequence[float]) -> Timing:
     return Timing(None if rate is None else rate / step, start)
 
 
-def value_at(attribute: Any, time: float, shape: tuple[int, ...]) -> NDArray[Any]:
-    """Returns the value of a sample, of equal ones before and after, or the only value."""
-    times = attribute.GetBracketingTimeSamples(time) or (time,)
+def value_at(attribute: Any, time: float, shape: tuple[int, ...]) -> NDArray[Any] | str:
+    """Returns the value of a sample, of equal ones before and after, or the only value.
+
+    If there is none, or it is blocked or empty, it returns that in words.
+    """
+    times, name = attribute.GetBracketingTimeSamples(time) or (time,), attribute.GetName()
     nearest = min(times, key=lambda sample: abs(sample - time))
     if not math.isclose(nearest, time, abs_tol=1e-9) and not _held(attribute, *times):
-        raise InputError(f"time {time:g}: {attribute.GetName()} has no sample")
+        return f"{name} has no sample"
     value = attribute.Get(nearest)
-    array = np.array([] if value is None else value)
+    if value is None or (len(value) == 0 < shape[0]):
+        return f"{name} is {'blocked' if value is None else 'empty'}"
+    array = np.array(value)
     if array.shape != shape:
         raise InputError(
-            f"time {time:g}: {attribute.GetName()} has {len(array)} values, "
+            f"time {time:g}: {name} has {len(array)} values, "
             f"but the mesh has {shape[0]} vertices in its first frame; {OTHER_MESHES}"
         )
     return array
@@ -60,5 +65,8 @@ def value_at(attribute: Any, time: float, shape: tuple[int, ...]) -> NDArray[Any
 
 def _held(attribute: Any, before: float, after: float) -> bool:
     """Whether the values of two samples are equal."""
-    first, second = (np.asarray(attribute.Get(time)) for time in (before, after))
-    return before < after and np.array_equal(first, second, equal_nan=True)
+    first, second = (attribute.Get(time) for time in (before, after))
+    if first is None or second is None:
+        return first is second
+    are_equal = np.array_equal(np.asarray(first), np.asarray(second), equal_nan=True)
+    return before < after and are_equal

@@ -12,12 +12,13 @@ from ..frame import Frame
 from ..header import TEXTURE, Header, Origin
 from ..polygons import as_polygons, split_polygons
 from ..stored import FileFrames, Indices
-from .format import choose_mesh, not_read
+from .format import Gaps, choose_mesh, not_read
 from .own_space import of_points
 from .usd_library import of_usd, pxr
 from .usd_mesh import (
     errors_of_key,
     faces_of,
+    hidden_times,
     moved_by,
     primvars,
     primvars_of,
@@ -136,18 +137,25 @@ class UsdFrames(FileFrames):
     time codes per second. If the stage does not state it, it is None.
     """
 
-    def __init__(self, path: Path, prim: str | None) -> None:
+    def __init__(
+        self, path: Path, prim: str | None, gaps: Gaps = "refuse", primvar: str | None = None
+    ) -> None:
         self.scene: UsdScene | None = UsdScene(path)
         with of_usd(_TRIED):
             self.mesh = self.scene.mesh(prim)
+            self._points = self.mesh.GetPointsAttr()
+            self._times = frame_times(self._points)
+            self._primvars = primvars_of(self.mesh, primvar)
+            self._hidden = hidden_times(self.mesh, self._times)
             header, origin = self._described(path, self.scene)
             super().__init__(path, header, self.scene.files, origin=origin)
+            if gaps == "lost":
+                each = enumerate(map(self._frame_at, self._times))
+                self.lost = frozenset(number for number, frame in each if isinstance(frame, str))
 
     def _described(self, path: Path, scene: UsdScene) -> tuple[Header, Origin | None]:
         stage = scene.stage
-        self._points = self.mesh.GetPointsAttr()
-        self._times = frame_times(self._points)
-        first = self._points.Get(self._times[0])
+        first = next(filter(None, map(self._points.Get, self._times)), None)
         if first is None:
             raise InputError("the mesh has no points")
         faces, polygons = split_polygons(faces_of(self.mesh))
@@ -159,7 +167,6 @@ class UsdFrames(FileFrames):
             up_axis and up_axis.lower(), metres_per_unit, to_scene(self.mesh, self._times)
         )
         name, k = str(self.mesh.GetPath()), len(first)
-        self._primvars = primvars_of(self.mesh)
         bars = self._primvars.get("standard_error")
         errors = None if bars is None else bars.GetCustomDataByKey(errors_of_key)
         scheme = self.mesh.GetSubdivisionSchemeAttr()
@@ -190,13 +197,24 @@ class UsdFrames(FileFrames):
     def _frames(self, numbers: Indices) -> Iterator[Frame]:
         for number in numbers:
             time = self._times[number]
-            with of_usd(f"time {time:g}: {_TRIED}"):
-                points = value_at(self._points, time, (self.n_vertices, 3))
-                values = {
-                    name: value_at(attribute, time, (self.n_vertices,))
-                    for name, attribute in self._primvars.items()
-                }
-            yield Frame(points, **values)
+            frame: Frame | str = self._lost_frame()
+            if number not in self.lost:
+                with of_usd(f"time {time:g}: {_TRIED}"):
+                    frame = self._frame_at(time)
+            if isinstance(frame, str):
+                advice = "with `gaps` lost, nothing was observed in such frames"
+                raise InputError(f"time {time:g}: {frame}; {advice}")
+            yield frame
+
+    def _frame_at(self, time: float) -> Frame | str:
+        """The frame at a time; why nothing was observed in it, if so."""
+        if time in self._hidden:
+            return "the mesh is invisible"
+        points = value_at(self._points, time, (self.n_vertices, 3))
+        each = self._primvars.items()
+        values = {name: value_at(one, time, (self.n_vertices,)) for name, one in each}
+        lost = [value for value in (points, *values.values()) if isinstance(value, str)]
+        return lost[0] if lost else Frame(points, **values)  # type: ignore[arg-type]
 
     def _close(self) -> None:
         """Releases the stage."""

@@ -115,7 +115,10 @@ FEWER = f"point3f[] points.timeSamples = {{1: {REST}, 2: [(0, 0, 0)]}}"
         (mesh(points_at(t1=1), TURNED), "time 4: .*faces"),
         (mesh(points_at(t1=1), known("[1, 1]")), "time 1: primvars:known .*2 .*3"),
         (mesh(points_at(t1=1), known("[1]", interpolation="constant")), r"primvars:known: .*const"),
-        (mesh(points_at(t1=1), known("[1, 1, 0]", kind="float[]")), r"primvars:known: .*float\[\]"),
+        (
+            mesh(points_at(t1=1), known("['a', 'b', 'c']", kind="token[]")),
+            r"primvars:known: .*token",
+        ),
         (
             mesh(points_at(t1=1), known("[1, 0]"), "int[] primvars:known:indices = [0, 1, 0]"),
             "primvars:known: .*indices",

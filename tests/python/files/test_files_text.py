@@ -121,6 +121,10 @@ def test_any_obj_is_read_as_stated_or_refused(text: str) -> None:
         check_as_stated(data)
 
 
+MARKED = b"0 0 0 1\n1 0 0 0\n0 1 0 2\n3 0 1 2\n"
+"""A triangle with values of `known`, which are no mask."""
+
+
 @pytest.mark.parametrize(
     ("data", "told"),
     [
@@ -151,8 +155,9 @@ def test_any_obj_is_read_as_stated_or_refused(text: str) -> None:
         (b"ply\nformat ascii 1.0\nproperty int x\nend_header\n", "line 3"),
         (triangle(b"3 0 1 2\n").replace(b"uchar int", b"uchar float"), "corners .*integers"),
         (triangle(b"3 0 1 2\n").replace(b"vertex_indices", b"corners"), "'vertex_indices'"),
-        (ply(f"vertex 1: {XYZ}, uchar known", b"0 0 0 2\n"), "known: .* vertex 0 has 2"),
-        (ply(f"vertex 1: {XYZ}, float known", b"0 0 0 1\n"), "'known'"),
+        (ply(f"vertex 3: {XYZ}, uchar known; face 1: {FACE}", MARKED), "known: .* vertex 2 has 2"),
+        (ply(f"vertex 3: {XYZ}, float known; face 1: {FACE}", MARKED), "known: .*float"),
+        (ply(f"vertex 1: {XYZ}, list uchar int known", b"0 0 0 1 1\n"), "'known'"),
         (ply(f"vertex 1: {XYZ}, float generation, int age", b"0 0 0 1 1\n"), "'generation'"),
         (
             ply("a 2: list short char b", b"\1\0\7\xff\xff", format="binary_little_endian"),

@@ -16,7 +16,7 @@ FORMATS = [*KEPT]
 SINGLE_PRECISION = {name for name, keeps in KEPT.items() if "float64" not in keeps}
 MASKED = {name for name, keeps in KEPT.items() if "known" in keeps}
 TRACED = {name for name, keeps in KEPT.items() if "provenance" in keeps}
-NUMBERED = {name for name in FORMATS if "gaps" in formats.FORMATS[name].takes}
+NUMBERED = {name for name in FORMATS if formats.FORMATS[name].is_per_frame}
 TIMED = {"npz", "hdf5", "usd", "alembic"}
 
 

@@ -114,11 +114,11 @@ reading = [
     _read("`prim` for a file with one mesh", lambda _: dynmesh.read("body.npz", prim="/a"), ValueError, "body.npz:", "prim"),
     _read("`known`: a file with too few", lambda _: dynmesh.read("body.npz", known="mask.npy"), ValueError, "mask.npy: known:", "(3, 48)"),
     _read("`known`: a file of text", lambda _: dynmesh.read("body.npz", known="text.npy"), ValueError, "text.npy:", "mask"),
-    _read("`known`: a file of numbers", lambda _: dynmesh.read("body.npz", known="numbers.npy"), ValueError, "numbers.npy: known:", "float64"),
+    _read("`known`: a file of numbers", lambda _: dynmesh.read("body.npz", known="numbers.npy"), ValueError, "numbers.npy: frame 0: known:", "float64"),
     *(_read(f"`known`: {text!r}", lambda _, n=n: dynmesh.read("body.npz", known=f"damaged_{n}.txt"), ValueError, f"damaged_{n}.txt: {told}") for n, (text, told) in enumerate(_LISTS.items())),
     _read("`missing='nan'`", lambda _: dynmesh.read("body.npz", missing="nan"), ValueError, "missing:", "'nan'"),
     *(_open(f"{name}, which is not there", lambda _, name=name: dynmesh.open(name), FileNotFoundError, name)
-      for name in (f"none{'_%d' * ('gaps' in one.takes)}{one.suffixes[0]}" for one in FORMATS.values())),
+      for name in (f"none{'_%d' * one.is_per_frame}{one.suffixes[0]}" for one in FORMATS.values())),
     _open("a mesh that is not there", lambda _: dynmesh.open("scene.abc", prim="/no"), ValueError, "scene.abc:", "'/no'", "/mesh"),
 ]  # fmt: skip
 
