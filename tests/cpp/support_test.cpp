@@ -1,4 +1,4 @@
-/// Numbers and rigid motions.
+/// Numbers, lent memory and rigid motions.
 #include <doctest/doctest.h>
 
 #include <array>
@@ -6,10 +6,13 @@
 #include <cmath>
 #include <limits>
 #include <sstream>
+#include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/geometry.hpp"
+#include "base/lender.hpp"
 #include "base/rigid_motion.hpp"
 #include "io/parse_number.hpp"
 
@@ -30,6 +33,22 @@ TEST_CASE("numbers out of the range of float become the largest one") {
   std::array<float, 3> moved{};
   put_row(Points<float>(moved.data(), 1), 0, {1e300, -1e300, 3});
   CHECK(moved == std::array{largest_float, -largest_float, 3.0F});
+}
+
+TEST_CASE("a lender lends no more than it has, and the same memory again") {
+  Lender<std::vector<int>> lender({1, 2, 3}, 2);
+  const int* memory = nullptr;
+  {
+    Lent<std::vector<int>> one = lender.lend();
+    const Lent<std::vector<int>> other = lender.lend();
+    CHECK(one.data() != other.data());
+    CHECK_THROWS_AS((void)lender.lend(), std::logic_error);
+    const Lent<std::vector<int>> moved = std::move(one);
+    memory = moved.data();
+    CHECK_THROWS_AS((void)lender.lend(), std::logic_error);
+  }
+  const Lent<std::vector<int>> first = lender.lend(), second = lender.lend();
+  CHECK((first.data() == memory || second.data() == memory));
 }
 
 TEST_CASE("points turn about a line unless they are nearer to it than rounding") {

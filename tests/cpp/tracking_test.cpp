@@ -112,8 +112,7 @@ double slope_after(int steps) {
   const Topology topology = build_topology(mesh.faces(), k);
   const DetailOperator operator_of_shape =
       build_detail_operator(triangles_of(mesh), topology.cells, rows_of(mesh.vertices));
-  ShapeSystem system(operator_of_shape,
-                     std::make_shared<const FactorPlan>(normal_matrix(operator_of_shape)), workers);
+  ShapeSystem system(operator_of_shape, workers);
   system.take_planes(steps);
   Field normals = random_field(k, 1);
   for (auto& n : normals) n = (1 / std::sqrt(squared_norm(n))) * n;
@@ -127,10 +126,11 @@ double slope_after(int steps) {
   }
   anchors.n_solved = k;
   anchors.normals = normals;
-  system.factorize(anchors);
+  Lender<MaskedFactor> factors(MaskedFactor(normal_matrix(operator_of_shape), workers));
+  ShapeFactor factor(anchors, factors.lend());
   Field d(3 * k);
   system.solve<3, 3>([&](std::size_t v, std::size_t f) { return residual[3 * v + f]; },
-                     [&](std::size_t v, std::size_t f) { return pull[3 * v + f]; }, anchors, d);
+                     [&](std::size_t v, std::size_t f) { return pull[3 * v + f]; }, factor, d);
   const auto energy = [&](const Field& x) {
     Field detail(3 * k);
     system.apply(x, 3, detail);

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <dynmesh/types.hpp>
+#include <stdexcept>
 #include <utility>
 #include <vector>
 
@@ -43,8 +44,11 @@ class Lender {
  public:
   /// So many may be lent at a time.
   Lender(const T& first, std::size_t most) : spare_(most, first) {}
+  /// One may be lent at a time.
+  explicit Lender(T&& only) { spare_.push_back(std::move(only)); }
 
   [[nodiscard]] Lent<T> lend() {
+    if (spare_.empty()) throw std::logic_error("more is lent than a lender has");
     Lent<T> value(std::move(spare_.back()), *this);
     spare_.pop_back();
     return value;

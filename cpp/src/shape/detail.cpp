@@ -32,7 +32,7 @@ Detail::Detail(const ShapeModel& model, const Modes& modes, const Settings& sett
     : model_(model),
       noise_(settings.noise),
       workers_(workers),
-      system_(model.k, model.plan, workers),
+      system_(model.k, workers),
       rotations_(model.surroundings, workers),
       anchor_rotations_(model, noise_.value_or(0), leaders, workers),
       fit_(settings.learn ? ShapeFit::Of::change : ShapeFit::Of::rest, model.topology.cells,
@@ -42,6 +42,7 @@ Detail::Detail(const ShapeModel& model, const Modes& modes, const Settings& sett
       first_order_(model, workers),
       growth_(model),
       anchors_(Anchors(model.size(), noise_.has_value()), 1),
+      factors_(MaskedFactor(model.plan, workers)),
       fields_(std::vector<Vector3>(model.size()), 5),
       steps_(Steps(model.size()), 1),
       numbers_(std::vector<double>(model.size()), 5) {}
@@ -68,13 +69,14 @@ Lent<ClusterRotations> Detail::complete(const Memory& memory, Memory& next, Fram
   Lent<Anchors> anchors = anchors_.lend();
   anchors.set_frame(memory.last, next.last, next.generations, memory.completion.lambda);
   growth_.find(memory, anchors.observed, next);
+  std::optional<ShapeFactor> factor;  // of N
   if (anchors.any_solved()) {
     const Stopwatch stopwatch(stages.factor_seconds);
-    system_.factorize(anchors);  // N
+    factor.emplace(anchors, factors_.lend());
   }
   Lent<ClusterRotations> rotations = turn(memory, anchors, next, stages);
-  if (anchors.any_solved()) {
-    report.iterations = solve(memory, anchors, rotations.farthest, next, report);
+  if (factor) {
+    report.iterations = solve(memory, anchors, *factor, rotations.farthest, next, report);
   } else if (error_bars_.exist()) {
     error_bars_.pass(next.generations, model_.clusters(), memory.errors, next.errors);
   }
@@ -102,8 +104,8 @@ Lent<ClusterRotations> Detail::turn(const Memory& memory, const Anchors& anchors
 }
 
 /// "A frame" and what follows there. Returns how often Q was fitted and X found.
-std::size_t Detail::solve(const Memory& memory, Anchors& anchors, Index farthest, Memory& next,
-                          FrameReport& report) {
+std::size_t Detail::solve(const Memory& memory, Anchors& anchors, ShapeFactor& factor,
+                          Index farthest, Memory& next, FrameReport& report) {
   StageReport& stages = report.stages;
   const double of_turning = stages.rotation_seconds;
   const Stopwatch stopwatch(stages.solve_seconds);  // rotations are taken off at the end
@@ -122,16 +124,16 @@ std::size_t Detail::solve(const Memory& memory, Anchors& anchors, Index farthest
   LentField kx = detail_of(x);
   const bool is_refined = fit_.exists() || farthest > increment_constants.near;
   if (is_refined) {
-    x = moved_to(turned(next.q, memory.m), x, kx, anchors);
+    x = moved_to(turned(next.q, memory.m), x, kx, factor);
     fit_rotations(x, next, stages);
     kx = detail_of(x);
   }
 
   // Step 2: r0, r1 and r2, with modes B a (14) in m_first or m, and the global b and c.
-  Lent<Steps> steps = steps_towards(memory, next.q, x, kx, anchors);
+  Lent<Steps> steps = steps_towards(memory, next.q, x, kx, factor);
   const ResidualField residuals = {
       anchors, x, kx, steps.wanted, steps.steps, steps.k_steps, model_.rounding.mean_square(x)};
-  const Lent<AddedShape> added = fit_.find(residuals, system_, next.q, next.fit);
+  const Lent<AddedShape> added = fit_.find(residuals, factor, system_, next.q, next.fit);
   add_modes(added, steps);
   const Blend blend = global_blend(residuals, model_.mean_edge);
 
@@ -145,7 +147,7 @@ std::size_t Detail::solve(const Memory& memory, Anchors& anchors, Index farthest
   // Step 4: Q of that X, and the X that minimises (12).
   fit_rotations(x, next, stages);
   const LentField shape = turned(next.q, shape_of(memory, added, b, blend.c));
-  x = moved_to(shape, x, kx, anchors);
+  x = moved_to(shape, x, kx, factor);
 
   // "Noise and outliers", "Standard errors".
   if (noise_ || error_bars_.exist()) kx = detail_of(x);
@@ -153,7 +155,7 @@ std::size_t Detail::solve(const Memory& memory, Anchors& anchors, Index farthest
     next.completion.lambda = next_lambda(memory.completion.lambda, sizes, x, kx, shape, anchors);
   }
   if (error_bars_.exist()) {
-    error_bars_.update({x, kx, shape, residuals.rounding}, anchors, next.generations, system_,
+    error_bars_.update({x, kx, shape, residuals.rounding}, factor, next.generations, system_,
                        model_.clusters(), memory.errors, next.errors);
   }
 
@@ -215,17 +217,17 @@ LentField Detail::turned(std::span<const Quaternion> q, Field shape) {
 }
 
 /// The positions whose detail is closest to a turned shape: N dX = K^T (shape - K X).
-LentField Detail::moved_to(Field shape, Field x, Field kx, const Anchors& anchors) {
+LentField Detail::moved_to(Field shape, Field x, Field kx, ShapeFactor& factor) {
   const auto residual = [&](std::size_t v, std::size_t) { return shape[v] - kx[v]; };
   LentField moved = fields_.lend();
-  system_.solve<1>(residual, x, anchors, moved);
+  system_.solve<1>(residual, x, factor, moved);
   workers_.for_each_in_chunks(x.size(), [&](std::size_t v) { moved[v] = x[v] + moved[v]; });
   return moved;
 }
 
 /// The best steps towards Q m, and those that a unit of b and of c add.
 auto Detail::steps_towards(const Memory& memory, std::span<const Quaternion> q, Field x, Field kx,
-                           const Anchors& anchors) -> Lent<Steps> {
+                           ShapeFactor& factor) -> Lent<Steps> {
   Lent<Steps> found = steps_.lend();
   const auto turned = side_by_side(std::span(found.wanted));
   // So few at once that they stay in the first-level cache.
@@ -237,7 +239,7 @@ auto Detail::steps_towards(const Memory& memory, std::span<const Quaternion> q, 
       best_kernels().rotations.turn(q.data(), false, turned.data(), 3, turned.data(), first, last);
     }
   });
-  system_.solve_terms(found.wanted, x, kx, anchors, found.steps);
+  system_.solve_terms(found.wanted, x, kx, factor, found.steps);
   system_.apply(found.steps, found.k_steps);
   return found;
 }

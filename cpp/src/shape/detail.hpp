@@ -72,16 +72,16 @@ class Detail {
 
   Lent<ClusterRotations> turn(const Memory& memory, const Anchors& anchors, Memory& next,
                               StageReport& report);
-  std::size_t solve(const Memory& memory, Anchors& anchors, Index farthest, Memory& next,
-                    FrameReport& report);
+  std::size_t solve(const Memory& memory, Anchors& anchors, ShapeFactor& factor, Index farthest,
+                    Memory& next, FrameReport& report);
   void fit_rotations(Field positions, Memory& next, StageReport& report);
   LentField in_first_sizes(const Memory& memory, const Memory& next, Anchors& anchors);
   LentField copy_of(Field field);
   LentField detail_of(Field positions);
   LentField turned(std::span<const Quaternion> q, Field shape);
-  LentField moved_to(Field shape, Field x, Field kx, const Anchors& anchors);
+  LentField moved_to(Field shape, Field x, Field kx, ShapeFactor& factor);
   Lent<Steps> steps_towards(const Memory& memory, std::span<const Quaternion> q, Field x, Field kx,
-                            const Anchors& anchors);
+                            ShapeFactor& factor);
   void add_modes(const AddedShape& added, Steps& to) const;
   LentField shape_of(const Memory& memory, const AddedShape& added, std::span<const double> b,
                      double c);
@@ -106,6 +106,7 @@ class Detail {
   Growth growth_;
 
   Lender<Anchors> anchors_;
+  Lender<MaskedFactor> factors_;
   FieldLender fields_;
   Lender<Steps> steps_;
   Lender<std::vector<double>> numbers_;

@@ -195,10 +195,10 @@ void ErrorBars::look_along_normals(Field steps, double scale, const Anchors& anc
   }
 }
 
-void ErrorBars::update(const CompletedShape& frame, const Anchors& anchors,
+void ErrorBars::update(const CompletedShape& frame, ShapeFactor& factor,
                        const Generations& generations, ShapeSystem& system,
                        const Clusters& clusters, const ErrorMemory& memory, ErrorMemory& next) {
-  if (carry_on(frame, anchors, generations, system, clusters, memory, next)) return;
+  if (carry_on(frame, factor, generations, system, clusters, memory, next)) return;
   // Nothing that was made up makes sense any more. Begin again, as in frame 0, which has no error.
   for (Members* of : {&next.errors, &next.changes}) std::ranges::fill(*of, Vector3{});
   std::ranges::fill(next.energies, Energy{});
@@ -208,9 +208,10 @@ void ErrorBars::update(const CompletedShape& frame, const Anchors& anchors,
 }
 
 /// Finds the errors of a frame unless those of the members are out of range.
-bool ErrorBars::carry_on(const CompletedShape& frame, const Anchors& anchors,
+bool ErrorBars::carry_on(const CompletedShape& frame, ShapeFactor& factor,
                          const Generations& generations, ShapeSystem& system,
                          const Clusters& clusters, const ErrorMemory& memory, ErrorMemory& next) {
+  const Anchors& anchors = factor.anchors;
   const Lent<Changes> changes = draw_changes(clusters, memory, next);
   const Field targets = changes.targets;
   std::optional<Lent<Members>> made_up;
@@ -219,7 +220,7 @@ bool ErrorBars::carry_on(const CompletedShape& frame, const Anchors& anchors,
   Lent<Members> steps = members_.lend();
   system.solve<members, members>(
       [&](std::size_t v, std::size_t f) { return targets[members * v + f]; },
-      [&](std::size_t v, std::size_t f) { return noise[members * v + f]; }, anchors, steps);
+      [&](std::size_t v, std::size_t f) { return noise[members * v + f]; }, factor, steps);
   system.apply(steps, static_cast<int>(members), next.errors);
 
   Lent<Energies> newest = compare(frame, anchors, targets, noise, steps, next.errors);

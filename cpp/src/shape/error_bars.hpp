@@ -48,7 +48,7 @@ class ErrorBars {
   [[nodiscard]] ErrorMemory no_errors() const;
 
   /// Finds the errors of a frame of which some vertices were solved for.
-  void update(const CompletedShape& frame, const Anchors& anchors, const Generations& generations,
+  void update(const CompletedShape& frame, ShapeFactor& factor, const Generations& generations,
               ShapeSystem& system, const Clusters& clusters, const ErrorMemory& memory,
               ErrorMemory& next);
 
@@ -84,7 +84,7 @@ class ErrorBars {
                              ErrorMemory& next);
   Lent<Members> noise_of(const Anchors& anchors, Field targets, const ErrorMemory& memory,
                          ErrorMemory& next);
-  bool carry_on(const CompletedShape& frame, const Anchors& anchors, const Generations& generations,
+  bool carry_on(const CompletedShape& frame, ShapeFactor& factor, const Generations& generations,
                 ShapeSystem& system, const Clusters& clusters, const ErrorMemory& memory,
                 ErrorMemory& next);
   Lent<Energies> compare(const CompletedShape& frame, const Anchors& anchors, Field targets,

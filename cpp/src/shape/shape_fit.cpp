@@ -36,11 +36,11 @@ LentField ShapeFit::shape_of(const FitMemory& memory) {
 }
 
 /// Finds the steps towards a shape, without those of noisy anchors to their positions.
-void ShapeFit::step_towards(AddedShape& added, const Anchors& anchors, ShapeSystem& system,
+void ShapeFit::step_towards(AddedShape& added, ShapeFactor& factor, ShapeSystem& system,
                             std::span<const Quaternion> q) {
   turn(q, added.shape, added.wanted, workers_);
-  system.solve<1>([&](std::size_t v, std::size_t) { return added.wanted[v]; }, anchors.observed,
-                  anchors, added.steps);
+  system.solve<1>([&](std::size_t v, std::size_t) { return added.wanted[v]; },
+                  factor.anchors.observed, factor, added.steps);
   system.apply(added.steps, 1, added.k_steps);
 }
 
@@ -96,7 +96,7 @@ ShapeFit::Energies ShapeFit::measure(const ResidualField& residuals, const Added
 
 /// Minimises (14) over d, e being what is expected, by preconditioned conjugate gradients, and adds
 /// d to a. F(f) = K Y - Q f with the steps Y towards Q f.
-double ShapeFit::descend(const Anchors& anchors, ShapeSystem& system, std::span<const Quaternion> q,
+double ShapeFit::descend(ShapeFactor& factor, ShapeSystem& system, std::span<const Quaternion> q,
                          std::span<Vector3> left, Coefficients& of, AddedShape& added) {
   Lent<AddedShape> along = shapes_.lend();
   // The of.gradient, downhill: B^T Q^T r, which it is before, - lambda (a - e). A coefficient is
@@ -114,9 +114,9 @@ double ShapeFit::descend(const Anchors& anchors, ShapeSystem& system, std::span<
   // S p = -B^T Q^T F(B p) + lambda p, lambda by coefficient
   const auto multiply = [&] {
     modes_.combine(of.direction, along.shape, sums_, workers_);
-    step_towards(along, anchors, system, q);
+    step_towards(along, factor, system, q);
     for (std::size_t v = 0; v < left.size(); ++v) {
-      left[v] = anchors.counts[v] * (along.wanted[v] - along.k_steps[v]);  // -F
+      left[v] = factor.anchors.counts[v] * (along.wanted[v] - along.k_steps[v]);  // -F
     }
     turn_back(q, left, left, workers_);
     modes_.project(left, of.product, {}, {}, sums_, workers_);
@@ -170,8 +170,9 @@ double ShapeFit::prior_weight(const FitMemory& memory, const Anchors& anchors) c
   return weight * std::clamp(2 - mean_square / static_cast<double>(modes_.n_frames()), 0.0, 1.0);
 }
 
-Lent<AddedShape> ShapeFit::find(const ResidualField& residuals, ShapeSystem& system,
-                                std::span<const Quaternion> q, FitMemory& memory) {
+Lent<AddedShape> ShapeFit::find(const ResidualField& residuals, ShapeFactor& factor,
+                                ShapeSystem& system, std::span<const Quaternion> q,
+                                FitMemory& memory) {
   Lent<AddedShape> added = shapes_.lend();
   added.weight = 0;
   if (!exists()) return added;
@@ -186,7 +187,7 @@ Lent<AddedShape> ShapeFit::find(const ResidualField& residuals, ShapeSystem& sys
   if (of_ == Of::rest) {
     std::ranges::copy(std::span(memory.coefficients).first(of.a.size()), of.a.begin());
     combine(memory, added.shape);
-    step_towards(added, anchors, system, q);
+    step_towards(added, factor, system, q);
   } else {
     std::ranges::fill(of.a, 0.0);
     added.set_zero();
@@ -205,7 +206,7 @@ Lent<AddedShape> ShapeFit::find(const ResidualField& residuals, ShapeSystem& sys
     turn_back(q, left, left, workers_);
     modes_.project(left, of.gradient, seen_around(anchors), of.squares, sums_, workers_);
     penalize(ratio, of);
-    if (descend(anchors, system, q, left, of, added) > 0) {
+    if (descend(factor, system, q, left, of, added) > 0) {
       const double largest = training_constants.largest_coefficient;
       const auto is_plausible = [&](double a) { return std::abs(a) <= largest; };
       if (!std::ranges::all_of(of.a, is_plausible)) {

@@ -62,7 +62,7 @@ class ShapeFit {
   [[nodiscard]] bool exists() const { return modes_.size() > 0; }
   /// Fits a to the residuals, from what was remembered, which it replaces. `q` are the rotations of
   /// the residuals.
-  Lent<AddedShape> find(const ResidualField& residuals, ShapeSystem& system,
+  Lent<AddedShape> find(const ResidualField& residuals, ShapeFactor& factor, ShapeSystem& system,
                         std::span<const Quaternion> q, FitMemory& memory);
   /// (k,) B a.
   LentField shape_of(const FitMemory& memory);
@@ -101,9 +101,9 @@ class ShapeFit {
                    std::span<Vector3> left) const;
   Lent<std::vector<double>> seen_around(const Anchors& anchors);
   static void penalize(double ratio, Coefficients& of);
-  void step_towards(AddedShape& added, const Anchors& anchors, ShapeSystem& system,
+  void step_towards(AddedShape& added, ShapeFactor& factor, ShapeSystem& system,
                     std::span<const Quaternion> q);
-  double descend(const Anchors& anchors, ShapeSystem& system, std::span<const Quaternion> q,
+  double descend(ShapeFactor& factor, ShapeSystem& system, std::span<const Quaternion> q,
                  std::span<Vector3> left, Coefficients& of, AddedShape& added);
   static void update_evidence(const Coefficients& of, FitMemory& memory);
   [[nodiscard]] double variance(const FitMemory& memory) const;

@@ -8,25 +8,15 @@
 
 namespace dynmesh {
 
-ShapeSystem::ShapeSystem(const DetailOperator& k, std::shared_ptr<const FactorPlan> plan,
-                         Workers& workers)
-    : operator_(k),
-      workers_(workers),
-      factor_(std::move(plan), workers),
-      scaled_residual_(3 * k.size()),
-      solution_(3 * k.size()) {}
+ShapeSystem::ShapeSystem(const DetailOperator& k, Workers& workers)
+    : operator_(k), workers_(workers), scaled_residual_(3 * k.size()), solution_(3 * k.size()) {}
 
 void ShapeSystem::apply(Field x, int fields, std::span<Vector3> detail) const {
   apply_operator(operator_, x, fields, detail, workers_);
 }
 
-void ShapeSystem::factorize(const Anchors& anchors) {
-  factor_.factorize(anchors.is_solved, anchors.weights);
-}
-
-/// Sets the solution to K^T of the residual at the vertices that are solved for.
-void ShapeSystem::multiply_transposed(int fields) {
-  const auto rows = solved();
+/// Sets the solution to K^T of the residual at these vertices.
+void ShapeSystem::multiply_transposed(std::span<const Index> rows, int fields) {
   OperatorData c = data_of(operator_);
   c.scale = nullptr;
   workers_.for_each_short_chunk(static_cast<Index>(rows.size()), [&](Index first, Index last) {
@@ -35,9 +25,9 @@ void ShapeSystem::multiply_transposed(int fields) {
   });
 }
 
-/// Brings rows into the order of vertices; those that are not solved for are 0.
-void ShapeSystem::scatter(Field rows, std::size_t width, std::span<Vector3> x) const {
-  const auto order = solved();
+/// Brings rows in this order into that of vertices; those that are not solved for are 0.
+void ShapeSystem::scatter(Field rows, std::span<const Index> order, std::size_t width,
+                          std::span<Vector3> x) const {
   if (order.size() < operator_.size()) std::ranges::fill(x, Vector3{});
   workers_.for_each_in_chunks(order.size(), [&](std::size_t r) {
     for (std::size_t f = 0; f < width; ++f) x[width * at(order[r]) + f] = rows[width * r + f];
@@ -55,39 +45,40 @@ void ShapeSystem::take_planes(int steps) {
 
 /// Replaces the solution, which is the right-hand side, by the result of the steps.
 template <int fields>
-void ShapeSystem::descend_to_planes(const Anchors& anchors, std::span<Vector3> steps) {
+void ShapeSystem::descend_to_planes(ShapeFactor& factor, std::span<Vector3> steps) {
   constexpr auto width = static_cast<std::size_t>(fields);
-  const std::size_t n = width * solved().size();
+  const std::size_t n = width * factor.solved().size();
   const std::span residual(residual_.data(), n), direction(direction_.data(), n);
   const std::span found(found_.data(), n), solution(solution_.data(), n);
   std::ranges::copy(solution, residual.begin());
   std::ranges::fill(found, Vector3{});
   const auto precondition = [&] {
     std::ranges::copy(residual, solution.begin());
-    factor_.solve(solution_, fields);
+    factor.n.solve(solution_, fields);
   };
-  const auto multiply = [&] { multiply_with_planes(width, anchors, steps); };
+  const auto multiply = [&] { multiply_with_planes(width, factor, steps); };
   const auto advance = [&](const std::array<double, width>& lengths) {
     for (std::size_t i = 0; i < n; ++i) found[i] = found[i] + lengths[i % width] * direction[i];
   };
   const ConjugateVectors<Vector3> vectors = {residual, solution, direction, solution};
   conjugate_gradients<width>(vectors, plane_steps_, 0, precondition, multiply, advance, workers_);
-  scatter(found, width, steps);
+  scatter(found, factor.solved(), width, steps);
 }
 
-template void ShapeSystem::descend_to_planes<1>(const Anchors&, std::span<Vector3>);
-template void ShapeSystem::descend_to_planes<3>(const Anchors&, std::span<Vector3>);
+template void ShapeSystem::descend_to_planes<1>(ShapeFactor&, std::span<Vector3>);
+template void ShapeSystem::descend_to_planes<3>(ShapeFactor&, std::span<Vector3>);
 
 /// solution = (N + weights of the planes) direction, which `steps` then hold.
-void ShapeSystem::multiply_with_planes(std::size_t width, const Anchors& anchors,
+void ShapeSystem::multiply_with_planes(std::size_t width, const ShapeFactor& factor,
                                        std::span<Vector3> steps) {
-  const auto rows = solved();
-  scatter(direction_, width, steps);
+  const Anchors& anchors = factor.anchors;
+  const auto rows = factor.solved();
+  scatter(direction_, rows, width, steps);
   apply(steps, static_cast<int>(width), {scaled_residual_.data(), steps.size()});
   workers_.for_each_in_chunks(steps.size(), [&](std::size_t i) {
     scaled_residual_[i] = operator_.scale[i / width] * scaled_residual_[i];
   });
-  multiply_transposed(static_cast<int>(width));
+  multiply_transposed(rows, static_cast<int>(width));
   workers_.for_each_in_chunks(rows.size(), [&](std::size_t r) {
     const std::size_t v = at(rows[r]);
     for (std::size_t i = width * r; i < width * (r + 1); ++i) {

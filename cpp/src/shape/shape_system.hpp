@@ -6,11 +6,12 @@
 #include <cstdint>
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
-#include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "base/geometry.hpp"
+#include "base/lender.hpp"
 #include "base/workers.hpp"
 #include "frame/generations.hpp"
 #include "kernels/kernels.hpp"
@@ -68,15 +69,28 @@ struct Anchors {
   }
 };
 
-/// K of frame 0, and a factor of N = K^T K restricted to the vertices that are solved for, which
-/// belongs to who made it. Fields have one or three Vector3 for each vertex, side by side.
-///
-/// Allocates memory in the constructor, and in `factorize` if the factor is larger than ever
-/// before.
+/// The factor of N = K^T K, plus the weights of noisy anchors, restricted to the vertices that are
+/// solved for. It belongs to who made it.
+struct ShapeFactor {
+  /// `n` is of the plan of N, or of N with a membrane. Allocates memory if the factor is larger
+  /// than all that `n` was before. `of` must outlive this object.
+  ShapeFactor(const Anchors& of, Lent<MaskedFactor> memory) : anchors(of), n(std::move(memory)) {
+    n.factorize(anchors.is_solved, anchors.weights);
+  }
+
+  /// The vertices that are solved for, in the order of elimination.
+  [[nodiscard]] std::span<const Index> solved() const { return n.order(); }
+
+  const Anchors& anchors;
+  Lent<MaskedFactor> n;
+};
+
+/// The systems with K of frame 0. Fields have one or three Vector3 for each vertex, side by side.
+/// Allocates memory only in the constructor and in `take_planes`.
 class ShapeSystem {
  public:
-  /// `plan` is that of N, or of N with a membrane. `k` and `workers` must outlive this object.
-  ShapeSystem(const DetailOperator& k, std::shared_ptr<const FactorPlan> plan, Workers& workers);
+  /// `k` and `workers` must outlive this object.
+  ShapeSystem(const DetailOperator& k, Workers& workers);
 
   /// detail = K x.
   void apply(Field x, int fields, std::span<Vector3> detail) const;
@@ -84,35 +98,32 @@ class ShapeSystem {
     apply(side_by_side(x), 3, side_by_side(detail));
   }
 
-  /// Factors N, plus the weights of noisy anchors, restricted to the vertices that are solved for.
-  void factorize(const Anchors& anchors);
-
-  /// The vertices that are solved for.
-  [[nodiscard]] std::span<const Index> solved() const { return factor_.order(); }
-
   /// Finds the steps D that bring K (x + D) closest to K x + residual, for each of one or three
   /// fields: N D = K^T residual. `residual(v, field)` is the wanted value minus the current one. In
   /// the first field, noisy anchors also move from x towards their observed positions. Steps are 0
   /// for vertices that are not solved for.
   template <int fields, class Residual>
-  void solve(const Residual& residual, Field x, const Anchors& anchors, std::span<Vector3> steps) {
-    const auto to_observed = [&](std::size_t v, std::size_t) { return anchors.observed[v] - x[v]; };
-    solve<fields, 1>(residual, to_observed, anchors, steps);
+  void solve(const Residual& residual, Field x, ShapeFactor& factor, std::span<Vector3> steps) {
+    const auto to_observed = [&](std::size_t v, std::size_t) {
+      return factor.anchors.observed[v] - x[v];
+    };
+    solve<fields, 1>(residual, to_observed, factor, steps);
   }
 
   /// Finds steps as above with another pull: in the first `pulled` fields, the step of noisy
   /// anchors is drawn to `pull(v, field)`, which is not called if anchors are exact.
   template <int fields, int pulled, class Residual, class Pull>
-  void solve(const Residual& residual, const Pull& pull, const Anchors& anchors,
+  void solve(const Residual& residual, const Pull& pull, ShapeFactor& factor,
              std::span<Vector3> steps) {
+    const Anchors& anchors = factor.anchors;
     workers_.for_each_in_chunks(operator_.size(), [&](std::size_t v) {
       for (std::size_t f = 0; f < fields; ++f) {
         scaled_residual_[fields * v + f] = operator_.scale[v] * residual(v, f);
       }
     });
-    multiply_transposed(fields);
+    multiply_transposed(factor.solved(), fields);
     if (anchors.are_noisy()) {
-      const auto rows = solved();
+      const auto rows = factor.solved();
       for (std::size_t r = 0; r < rows.size(); ++r) {
         const std::size_t v = at(rows[r]);
         for (std::size_t f = 0; f < pulled; ++f) {
@@ -121,19 +132,19 @@ class ShapeSystem {
         }
       }
     }
-    if (anchors.are_planes()) return descend_to_planes<fields>(anchors, steps);
-    factor_.solve(solution_, fields);
-    scatter(solution_, fields, steps);
+    if (anchors.are_planes()) return descend_to_planes<fields>(factor, steps);
+    factor.n.solve(solution_, fields);
+    scatter(solution_, factor.solved(), fields, steps);
   }
 
   /// Finds the step that brings K (x + D) closest to the shape of the last frame, and those that a
   /// unit of each of the other two terms adds. `kx` is K x.
-  void solve_terms(std::span<const ShapeTerms> wanted, Field x, Field kx, const Anchors& anchors,
+  void solve_terms(std::span<const ShapeTerms> wanted, Field x, Field kx, ShapeFactor& factor,
                    std::span<ShapeTerms> steps) {
     const auto residual = [&](std::size_t v, std::size_t term) {
       return term == 0 ? wanted[v].last - kx[v] : term == 1 ? wanted[v].to_rest : wanted[v].change;
     };
-    solve<3>(residual, x, anchors, side_by_side(steps));
+    solve<3>(residual, x, factor, side_by_side(steps));
   }
 
   /// Lets `solve` take anchors that are planes: it then takes this many steps of conjugate
@@ -141,15 +152,15 @@ class ShapeSystem {
   void take_planes(int steps);
 
  private:
-  void multiply_transposed(int fields);
-  void scatter(Field rows, std::size_t width, std::span<Vector3> x) const;
+  void multiply_transposed(std::span<const Index> rows, int fields);
+  void scatter(Field rows, std::span<const Index> order, std::size_t width,
+               std::span<Vector3> x) const;
   template <int fields>
-  void descend_to_planes(const Anchors& anchors, std::span<Vector3> steps);
-  void multiply_with_planes(std::size_t width, const Anchors& anchors, std::span<Vector3> steps);
+  void descend_to_planes(ShapeFactor& factor, std::span<Vector3> steps);
+  void multiply_with_planes(std::size_t width, const ShapeFactor& factor, std::span<Vector3> steps);
 
   const DetailOperator& operator_;  // K
   Workers& workers_;
-  MaskedFactor factor_;                   // of N
   std::vector<Vector3> scaled_residual_;  // M^-1/2 times the vector that is multiplied by K^T
   std::vector<Vector3> solution_;         // in the order of elimination
   // For planes, in the order of elimination:

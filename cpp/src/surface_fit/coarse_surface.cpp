@@ -55,9 +55,10 @@ CoarseSurface::CoarseSurface(DecimatedMesh mesh, const ShapeModel& whole,
       first_frame_(chosen_of(whole.first_frame, mesh_.vertices)),
       nearest_(nearest_to(whole.topology.cells, mesh_.vertices)),
       anchors_(anchors_at(mesh_.vertices, whole.size())),
-      system_(whole.k, whole.plan, workers),
+      system_(whole.k, workers),
+      factors_(MaskedFactor(whole.plan, workers)),
       rotations_(whole.surroundings, workers) {
-  if (anchors_.any_solved()) system_.factorize(anchors_);
+  if (anchors_.any_solved()) factor_.emplace(anchors_, factors_.lend());
 }
 
 /// How many vertices of the whole surface there are for a coarse one: the square of a ratio of
@@ -126,7 +127,7 @@ std::vector<Vector3> CoarseSurface::restored(const Memory& last, const Memory& n
   std::vector<Vector3> x = memory.last;
   for (std::size_t c = 0; c < size(); ++c) x[at(mesh_.vertices[c])] = next.last[c];
   std::vector<Vector3> shape(x.size()), kx(x.size()), steps(x.size());
-  for (int i = 0; i < 2 && anchors_.any_solved(); ++i) {
+  for (int i = 0; i < 2 && factor_; ++i) {
     if (i > 0) rotations_.fit(x, found.q);
     for (std::size_t v = 0; v < x.size(); ++v) {
       const double pull = materials_[at(whole_.topology.component[v])].pull;
@@ -134,7 +135,7 @@ std::vector<Vector3> CoarseSurface::restored(const Memory& last, const Memory& n
     }
     turn(found.q, shape, shape, workers_);
     system_.apply(x, 1, kx);
-    system_.solve<1>([&](std::size_t v, std::size_t) { return shape[v] - kx[v]; }, x, anchors_,
+    system_.solve<1>([&](std::size_t v, std::size_t) { return shape[v] - kx[v]; }, x, *factor_,
                      steps);
     for (std::size_t v = 0; v < x.size(); ++v) x[v] = x[v] + steps[v];
   }

@@ -3,9 +3,11 @@
 
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
+#include <optional>
 #include <span>
 #include <vector>
 
+#include "base/lender.hpp"
 #include "base/training_frames.hpp"
 #include "base/workers.hpp"
 #include "mesh/decimation.hpp"
@@ -58,8 +60,12 @@ class CoarseSurface {
   Topology topology_;
   std::vector<Vector3> first_frame_;
   std::vector<Index> nearest_;  // (k,)
-  Anchors anchors_;             // always the same, so that the whole system is factored once
+  // The anchors are the same in all frames. Without a factor that is kept, each frame would factor
+  // nearly all of N.
+  Anchors anchors_;
   ShapeSystem system_;
+  Lender<MaskedFactor> factors_;
+  std::optional<ShapeFactor> factor_;  // none if the coarse mesh has all vertices
   Rotations rotations_;
 };
 

@@ -120,17 +120,19 @@ void NonrigidStep::fit_modes(const StepInput& input, Field m, Field x, Memory& n
   PlaneAnchors planes(input.rows, x, model_.topology);
   if (planes.anchors.number == 0) return;
   for (double& weight : planes.anchors.weights) weight *= input.mode_weights;
-  ShapeSystem system(model_.k, plan(), workers_);
-  system.factorize(planes.anchors);
+  ShapeSystem system(model_.k, workers_);
+  Lender<MaskedFactor> factors(MaskedFactor(plan(), workers_));
+  ShapeFactor factor(planes.anchors, factors.lend());
   std::vector<Vector3> kx(x.size());
   std::vector<ShapeTerms> wanted(x.size()), steps(x.size()), k_steps(x.size());
   for (std::size_t v = 0; v < x.size(); ++v) wanted[v] = {m[v], model_.first_shape[v] - m[v], {}};
   turn(next.q, wanted, wanted, workers_);
   system.apply(x, 1, kx);
-  system.solve_terms(wanted, x, kx, planes.anchors, steps);
+  system.solve_terms(wanted, x, kx, factor, steps);
   system.apply(steps, k_steps);
   const double rounding = model_.rounding.mean_square(x);
-  fit_.find({planes.anchors, x, kx, wanted, steps, k_steps, rounding}, system, next.q, next.fit);
+  fit_.find({planes.anchors, x, kx, wanted, steps, k_steps, rounding}, factor, system, next.q,
+            next.fit);
 }
 
 std::vector<Vector3> NonrigidStep::rest_shape(const FitMemory& fit) {

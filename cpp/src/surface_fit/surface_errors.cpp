@@ -35,13 +35,14 @@ void SurfaceErrors::measure(const FittedSurface& found, bool is_lost, const Memo
     bars_.pass(next.generations, model_.clusters(), memory.errors, next.errors);
     return;
   }
-  ShapeSystem system(model_.k, plan_, workers_);
+  ShapeSystem system(model_.k, workers_);
   system.take_planes(constants_.steps);
-  system.factorize(anchors);
+  Lender<MaskedFactor> factors(MaskedFactor(plan_, workers_));
+  ShapeFactor factor(anchors, factors.lend());
   std::vector<Vector3> kx(model_.size());
   system.apply(found.x, 1, kx);
   anchors.normals = normals;
-  bars_.update({found.x, kx, found.shape, model_.rounding.mean_square(found.x)}, anchors,
+  bars_.update({found.x, kx, found.shape, model_.rounding.mean_square(found.x)}, factor,
                next.generations, system, model_.clusters(), memory.errors, next.errors);
   const double widest = constants_.radius * model_.mean_edge;
   const double unseen = is_lost ? distance_of_far(found.points, widest) : 0;
