@@ -48,67 +48,70 @@ PoseSearch::PoseSearch(const Template& given, const Topology& topology, Workers&
             fine_.model(), fine_.materials(), workers),
       coarse_(mesh_.faces(), mesh_.topology(), workers, mesh_.first_frame(), for_coarse()),
       fine_first_(given.frame),
-      coarse_first_({mesh_.first_frame().begin(), mesh_.first_frame().end()}),
-      coarse_memory_(coarse_first_) {
+      coarse_first_({mesh_.first_frame().begin(), mesh_.first_frame().end()}) {
   fine_.begin(fine_first_);
   fine_first_.errors = errors_.no_errors();
   coarse_.begin(coarse_first_);
-  coarse_memory_ = coarse_first_;
 }
 
 Pose PoseSearch::run(const PointScan& scan, const Targets& targets) {
-  begin(scan, targets);
+  const Wanted given = wanted(scan, targets);
   if (!settings_.align) {
-    finish(scan, trials_of({{Eigen::Isometry3d::Identity(), targets}}).front());
-    return std::move(*pose_);
+    const auto trials = trials_of({{Eigen::Isometry3d::Identity(), targets}}, given.sample);
+    return *finish(given, trials.front(), {}).best;
   }
+  Found found = search(given, targets, {});
   // Between landmarks that are few or in unlucky places, the template may bend the wrong way.
-  if (!search(scan, targets) && !targets.vertices.empty()) search(scan, held_);
-  return std::move(*pose_);
+  if (!found.is_good() && !targets.vertices.empty()) {
+    found = search(given, given.held, {std::move(found.best)});
+  }
+  return *std::move(found.best);
 }
 
 /// Tries where the template may be, near its own pose and then far from it, until a pose is good,
 /// and keeps the best one. Far poses can wait if a near one leaves no point far from the coarse
 /// mesh, which hardly shows whether a limb is twisted.
-bool PoseSearch::search(const PointScan& scan, const Targets& targets) {
-  finished_.clear();
-  auto candidates = by_points(targets);
+PoseSearch::Found PoseSearch::search(const Wanted& wanted, const Targets& targets, Found found) {
+  auto candidates = by_points(wanted, targets);
   if (targets.determine_a_rotation()) {
     candidates.push_back({targets.motion_from(template_.frame), targets});
   }
-  std::vector<Trial> trials = trials_of(candidates);
-  if (trials.front().far_share == 0 && finish(scan, trials.front())) return true;
-  std::ranges::move(trials_of(candidates_by_tips(template_.faces, template_.frame, scan, targets)),
-                    std::back_inserter(trials));
+  std::vector<Trial> trials = trials_of(candidates, wanted.sample);
+  if (trials.front().far_share == 0) {
+    found = finish(wanted, trials.front(), std::move(found));
+    if (found.is_good()) return found;
+  }
+  candidates = candidates_by_tips(template_.faces, template_.frame, wanted.scan, targets);
+  std::ranges::move(trials_of(candidates, wanted.sample), std::back_inserter(trials));
   std::ranges::stable_sort(trials, {}, &Trial::misfit);
-  return std::ranges::any_of(trials, [&](const Trial& trial) {
-    return finished_.size() < constants_.most_finished && finish(scan, trial);
-  });
+  for (const Trial& trial : trials) {
+    if (found.from.size() == constants_.most_finished) break;
+    found = finish(wanted, trial, std::move(found));
+    if (found.is_good()) break;
+  }
+  return found;
 }
 
-/// Draws the template into the scan from a trial that is unlike those before, keeps the better
-/// pose, of equal ones the first, and tells whether that is good.
-bool PoseSearch::finish(const PointScan& scan, const Trial& trial) {
+/// Draws the template into the scan from a trial that is unlike those before, and keeps the better
+/// pose, of equal ones the first.
+PoseSearch::Found PoseSearch::finish(const Wanted& wanted, const Trial& trial, Found found) {
   const auto is_like = [&](const Cloud& other) { return are_alike(trial.x, other); };
-  if (std::ranges::any_of(finished_, is_like)) return pose_->is_good();
-  finished_.push_back(trial.x);
-  Pose pose = finished(scan, trial);
-  if (!pose_ || pose.misfit() < pose_->misfit()) pose_ = std::move(pose);
-  return pose_->is_good();
+  if (std::ranges::any_of(found.from, is_like)) return found;
+  found.from.push_back(trial.x);
+  Pose pose = finished(wanted, trial);
+  if (!found.best || pose.misfit() < found.best->misfit()) found.best = std::move(pose);
+  return found;
 }
 
 double PoseSearch::growth(const PointScan& scan, const Targets& targets) {
-  begin(scan, targets);
-  const Trial trial = trials_of(by_points(targets)).front();
+  const Wanted given = wanted(scan, targets);
+  const Trial trial = trials_of(by_points(given, targets), given.sample).front();
   return growth_of(mesh_.topology().cells, mesh_.first_frame(), trial.x);
 }
 
 /// Tells the landmarks of parts without points from the others.
-void PoseSearch::begin(const PointScan& scan, const Targets& targets) {
-  sample_ = sample_scan(scan, rigid_start_constants.points);
-  pose_.reset();
-  held_ = {};
-  checked_ = {};
+PoseSearch::Wanted PoseSearch::wanted(const PointScan& scan, const Targets& targets) const {
+  Wanted made{scan, sample_scan(scan, rigid_start_constants.points), {}, {}};
   std::vector<double> spacings;
   for (std::size_t i = 0; i < scan.size(); i += 1 + scan.size() / 256) {
     spacings.push_back(std::sqrt(scan.squared_spacing(i)));
@@ -116,14 +119,15 @@ void PoseSearch::begin(const PointScan& scan, const Targets& targets) {
   const double reach =
       std::max(fine_.mean_edge(), constants_.held_spacings * quantile(std::move(spacings), 0.5));
   for (std::size_t i = 0; i < targets.vertices.size(); ++i) {
-    Targets& kind = scan.distance(targets.positions[i]) < reach ? checked_ : held_;
+    Targets& kind = scan.distance(targets.positions[i]) < reach ? made.checked : made.held;
     kind.add(targets.vertices[i], targets.positions[i]);
   }
+  return made;
 }
 
-std::vector<Candidate> PoseSearch::by_points(const Targets& targets) const {
+std::vector<Candidate> PoseSearch::by_points(const Wanted& wanted, const Targets& targets) const {
   std::vector<Candidate> found;
-  for (const auto& motion : rigid_starts(template_.faces, template_.frame, sample_)) {
+  for (const auto& motion : rigid_starts(template_.faces, template_.frame, wanted.sample)) {
     found.push_back({motion, targets});
   }
   return found;
@@ -136,9 +140,10 @@ bool PoseSearch::are_alike(const Cloud& x, const Cloud& y) const {
 
 /// Bends the coarse mesh from all candidates, and draws it to the scan from those that fit best and
 /// are unlike each other; the best of these as long as that helps. The result begins with it.
-std::vector<PoseSearch::Trial> PoseSearch::trials_of(const std::vector<Candidate>& candidates) {
+std::vector<PoseSearch::Trial> PoseSearch::trials_of(const std::vector<Candidate>& candidates,
+                                                     const PointScan& sample) {
   std::vector<Trial> trials;
-  for (const Candidate& candidate : candidates) trials.push_back(bent(candidate));
+  for (const Candidate& candidate : candidates) trials.push_back(bent(candidate, sample));
   std::ranges::stable_sort(trials, {}, &Trial::misfit);
   std::vector<Trial> unlike;
   for (Trial& trial : trials) {
@@ -147,24 +152,23 @@ std::vector<PoseSearch::Trial> PoseSearch::trials_of(const std::vector<Candidate
     if (unlike.size() == rigid_start_constants.starts) break;
   }
   trials = std::move(unlike);
-  for (Trial& trial : trials) trial = drawn(std::move(trial));
+  for (Trial& trial : trials) trial = drawn(std::move(trial), sample);
   std::ranges::stable_sort(trials, {}, &Trial::misfit);
   if (trials.empty()) return trials;
   Trial& best = trials.front();
-  for (Trial again = drawn(best); again.misfit < best.misfit; again = drawn(best)) {
+  for (Trial again = drawn(best, sample); again.misfit < best.misfit; again = drawn(best, sample)) {
     best = std::move(again);
   }
   return trials;
 }
 
 /// The coarse mesh, moved and bent until its landmarks are at their positions.
-PoseSearch::Trial PoseSearch::bent(const Candidate& candidate) {
+PoseSearch::Trial PoseSearch::bent(const Candidate& candidate, const PointScan& sample) {
   if (settings_.before_step) settings_.before_step();
   Cloud start;
   for (const auto& x : mesh_.first_frame())
     start.push_back(from_eigen(candidate.motion * to_eigen(x)));
-  coarse_.place(start, coarse_memory_);
-  coarse_.forget_shape(coarse_memory_);
+  Memory memory = placed(start);
   auto marks =
       landmarks_on_coarse(candidate.landmarks, candidate.motion, constants_.landmark_weight);
   const auto rough =
@@ -172,22 +176,21 @@ PoseSearch::Trial PoseSearch::bent(const Candidate& candidate) {
   marks.insert(marks.end(), rough.begin(), rough.end());
   if (!marks.empty()) {
     coarse_.bend({.landmarks = marks, .yields_beyond = constants_.usual_departures},
-                 constants_.bending_steps, coarse_memory_);
+                 constants_.bending_steps, memory);
   }
-  FittedSurface found = coarse_.agreement_with(sample_, coarse_memory_.last);
+  FittedSurface found = coarse_.agreement_with(sample, std::move(memory.last));
   const double misfit = misfit_of(found);
   return {candidate, std::move(found.x), found.agreements.all.far_share, misfit};
 }
 
 /// The coarse mesh of a trial, drawn to the scan.
-PoseSearch::Trial PoseSearch::drawn(Trial trial) {
+PoseSearch::Trial PoseSearch::drawn(Trial trial, const PointScan& sample) {
   if (settings_.before_step) settings_.before_step();
-  coarse_.place(trial.x, coarse_memory_);
-  coarse_.forget_shape(coarse_memory_);
+  const Memory memory = placed(trial.x);
   const auto& [motion, landmarks, rough] = trial.candidate;
   const auto marks = landmarks_on_coarse(landmarks, motion, constants_.landmark_weight);
-  Memory next = coarse_memory_;
-  FittedSurface found = coarse_.fit(coarse_memory_, sample_,
+  Memory next = memory;
+  FittedSurface found = coarse_.fit(memory, sample,
                                     {.landmarks = marks,
                                      .fewest_iterations = constants_.iterations,
                                      .yields_beyond = constants_.usual_departures},
@@ -196,6 +199,14 @@ PoseSearch::Trial PoseSearch::drawn(Trial trial) {
   trial.misfit = misfit_of(found);
   trial.x = std::move(found.x);
   return trial;
+}
+
+/// What is remembered of the coarse mesh in a pose.
+Memory PoseSearch::placed(const Cloud& x) {
+  Memory memory = coarse_first_;
+  coarse_.place(x, memory);
+  coarse_.forget_shape(memory);
+  return memory;
 }
 
 double PoseSearch::misfit_of(const FittedSurface& found) const {
@@ -222,17 +233,17 @@ std::vector<Landmark> PoseSearch::landmarks_on_coarse(const Targets& landmarks,
 /// shape yields nowhere, which untwists its limbs; then the weight of the points grows, and at last
 /// the shape yields at its joints, which brings all of it to the points. Rounds are frames of a
 /// tracker, whose prediction goes on with what moves slowly, such as limbs that untwist.
-Pose PoseSearch::finished(const PointScan& scan, const Trial& trial) {
-  coarse_.place(trial.x, coarse_memory_);
+Pose PoseSearch::finished(const Wanted& wanted, const Trial& trial) {
   Memory memory = fine_first_;
   Memory next = fine_first_;
   const Cloud start =
-      mesh_.restored(coarse_first_, coarse_memory_, fine_first_, fine_first_.m, memory);
+      mesh_.restored(coarse_first_, placed(trial.x), fine_first_, fine_first_.m, memory);
   fine_.place(start, memory);
   fine_.forget_shape(memory);
   std::vector<Landmark> landmarks;
-  for (std::size_t i = 0; i < held_.vertices.size(); ++i) {
-    landmarks.push_back({at(held_.vertices[i]), held_.positions[i], constants_.landmark_weight});
+  for (std::size_t i = 0; i < wanted.held.vertices.size(); ++i) {
+    landmarks.push_back(
+        {at(wanted.held.vertices[i]), wanted.held.positions[i], constants_.landmark_weight});
   }
   const TrackingConstants& tracking = fine_.constants();
   Pose pose;
@@ -246,7 +257,7 @@ Pose PoseSearch::finished(const PointScan& scan, const Trial& trial) {
       options.fewest_iterations = tracking.final_iterations;
       options.yields_beyond = constants_.usual_departures;
     }
-    found = fine_.fit(memory, scan, options, next);
+    found = fine_.fit(memory, wanted.scan, options, next);
     const bool stays = mean_distance(found.x, memory.last) < constants_.settled * fine_.mean_edge();
     pose.converged = stays && yields;
     ++pose.rounds;
@@ -270,16 +281,16 @@ Pose PoseSearch::finished(const PointScan& scan, const Trial& trial) {
   }
   pose.standard_errors = memory.errors.standard_errors;
   pose.motion = to_eigen(fit_rigid_motion(template_.frame, pose.x));
-  judge(scan, found.points, pose);
+  judge(wanted, found.points, pose);
   return pose;
 }
 
-void PoseSearch::judge(const PointScan& scan, const MatchedPoints& points, Pose& pose) const {
+void PoseSearch::judge(const Wanted& wanted, const MatchedPoints& points, Pose& pose) const {
   const double size = size_of_surface(template_.faces, pose.x);
   const auto normals = fine_.normals_of(pose.x);
   const auto coverage = coverage_of({template_.faces, topology_.cells, template_.frame, pose.x,
                                      normals, is_sheet_, fine_.mean_edge(), size},
-                                    scan);
+                                    wanted.scan);
   pose.measure =
       measured(pose.measure.agreement, pose.observed, topology_.cells, template_.frame, pose.x);
   pose.measure.unexplained = unexplained_share(points, pose.measure.agreement.far_share);
@@ -287,8 +298,8 @@ void PoseSearch::judge(const PointScan& scan, const MatchedPoints& points, Pose&
   pose.measure.overlap = coverage.overlap;
   pose.measure.quality = judged(pose.measure);
   const double limit = constants_.misplaced_landmark * size;
-  for (std::size_t i = 0; i < checked_.vertices.size(); ++i) {
-    const auto arm = pose.x[at(checked_.vertices[i])] - checked_.positions[i];
+  for (std::size_t i = 0; i < wanted.checked.vertices.size(); ++i) {
+    const auto arm = pose.x[at(wanted.checked.vertices[i])] - wanted.checked.positions[i];
     if (squared_norm(arm) > limit * limit) pose.has_misplaced_landmarks = true;
   }
   if (pose.has_misplaced_landmarks && pose.is_good()) pose.measure.quality = Quality::doubtful;

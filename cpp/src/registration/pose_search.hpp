@@ -49,7 +49,7 @@ struct Pose {
 };
 
 /// Bends the coarse mesh of a template from many candidates, and then the template from the best
-/// one. Both are drawn to a scan as a tracker does.
+/// one. Both are drawn to a scan as a tracker does. Holds nothing on which a result depends.
 class PoseSearch {
  public:
   /// `epsilon` is that of the caller's numbers. All other arguments must outlive this object.
@@ -63,27 +63,43 @@ class PoseSearch {
 
  private:
   using Cloud = std::vector<Vector3>;
+  /// What a template is sought in.
+  struct Wanted {
+    const PointScan& scan;
+    PointScan sample;  ///< of the scan
+    Targets held;      ///< landmarks of parts that have no points
+    Targets checked;   ///< all others
+  };
   struct Trial {
     Candidate candidate = {};
     Cloud x = {};          ///< of the coarse mesh
     double far_share = 1;  ///< of the points of the sample
     double misfit = std::numeric_limits<double>::infinity();
   };
+  /// The best pose so far, if there is any, and the coarse meshes from which poses were found.
+  struct Found {
+    std::optional<Pose> best = {};
+    std::vector<Cloud> from = {};
 
-  void begin(const PointScan& scan, const Targets& targets);
-  bool search(const PointScan& scan, const Targets& targets);
-  bool finish(const PointScan& scan, const Trial& trial);
-  [[nodiscard]] std::vector<Candidate> by_points(const Targets& targets) const;
+    [[nodiscard]] bool is_good() const { return best && best->is_good(); }
+  };
+
+  [[nodiscard]] Wanted wanted(const PointScan& scan, const Targets& targets) const;
+  Found search(const Wanted& wanted, const Targets& targets, Found found);
+  Found finish(const Wanted& wanted, const Trial& trial, Found found);
+  [[nodiscard]] std::vector<Candidate> by_points(const Wanted& wanted,
+                                                 const Targets& targets) const;
   [[nodiscard]] bool are_alike(const Cloud& x, const Cloud& y) const;
-  std::vector<Trial> trials_of(const std::vector<Candidate>& candidates);
-  Trial bent(const Candidate& candidate);
-  Trial drawn(Trial trial);
+  std::vector<Trial> trials_of(const std::vector<Candidate>& candidates, const PointScan& sample);
+  Trial bent(const Candidate& candidate, const PointScan& sample);
+  Trial drawn(Trial trial, const PointScan& sample);
+  Memory placed(const Cloud& x);
   [[nodiscard]] double misfit_of(const FittedSurface& found) const;
   [[nodiscard]] std::vector<Landmark> landmarks_on_coarse(const Targets& landmarks,
                                                           const Eigen::Isometry3d& motion,
                                                           double weight) const;
-  Pose finished(const PointScan& scan, const Trial& trial);
-  void judge(const PointScan& scan, const MatchedPoints& points, Pose& pose) const;
+  Pose finished(const Wanted& wanted, const Trial& trial);
+  void judge(const Wanted& wanted, const MatchedPoints& points, Pose& pose) const;
 
   static constexpr const RegistrationConstants& constants_ = registration_constants;
 
@@ -96,14 +112,6 @@ class PoseSearch {
   CoarseSurface mesh_;
   SurfaceLevel coarse_;
   Memory fine_first_, coarse_first_;  // of frame 0
-
-  // Of a run:
-  Memory coarse_memory_;
-  PointScan sample_;
-  Targets held_;     // landmarks of parts that have no points
-  Targets checked_;  // all others
-  std::optional<Pose> pose_;
-  std::vector<Cloud> finished_;  // from where a pose was found
 };
 
 }  // namespace dynmesh
