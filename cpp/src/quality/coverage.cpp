@@ -15,7 +15,27 @@ namespace {
 /// The least cosine between normals of the same surface.
 const double least_agreement = TrackingConstants{}.agreement;
 
-/// (k,) the area around each vertex: a third of its triangles.
+/// The area of the vertices beside which others lie that are far away in the template.
+double overlapping_area(const BentSurface& surface, std::span<const double> areas) {
+  const double far = quality_limits.overlap_edges * surface.mean_edge;
+  const PointTree<3> vertices(arrays_of(surface.x));
+  const double squared_near = surface.mean_edge * surface.mean_edge;
+  double overlap = 0;
+  for (std::size_t v = 0; v < areas.size(); ++v) {
+    bool overlaps = false;
+    vertices.search(array_of(surface.x[v]), squared_near, [&](std::uint32_t other, double) {
+      overlaps = overlaps ||
+                 (squared_norm(surface.first_frame[other] - surface.first_frame[v]) > far * far &&
+                  dot(surface.normals[other], surface.normals[v]) > least_agreement);
+      return overlaps ? 0 : squared_near;
+    });
+    if (overlaps) overlap += areas[v];
+  }
+  return overlap;
+}
+
+}  // namespace
+
 std::vector<double> areas_of(std::span<const Triangle> faces, Field x) {
   std::vector<double> areas(x.size());
   for (const Triangle& face : faces) {
@@ -25,7 +45,6 @@ std::vector<double> areas_of(std::span<const Triangle> faces, Field x) {
   return areas;
 }
 
-/// The area of the largest connected piece of those vertices.
 double largest_piece(const Cells& cells, std::span<const double> areas,
                      std::vector<std::uint8_t> is_in) {
   double largest = 0;
@@ -47,27 +66,6 @@ double largest_piece(const Cells& cells, std::span<const double> areas,
   }
   return largest;
 }
-
-/// The area of the vertices beside which others lie that are far away in the template.
-double overlapping_area(const BentSurface& surface, std::span<const double> areas) {
-  const double far = quality_limits.overlap_edges * surface.mean_edge;
-  const PointTree<3> vertices(arrays_of(surface.x));
-  const double squared_near = surface.mean_edge * surface.mean_edge;
-  double overlap = 0;
-  for (std::size_t v = 0; v < areas.size(); ++v) {
-    bool overlaps = false;
-    vertices.search(array_of(surface.x[v]), squared_near, [&](std::uint32_t other, double) {
-      overlaps = overlaps ||
-                 (squared_norm(surface.first_frame[other] - surface.first_frame[v]) > far * far &&
-                  dot(surface.normals[other], surface.normals[v]) > least_agreement);
-      return overlaps ? 0 : squared_near;
-    });
-    if (overlaps) overlap += areas[v];
-  }
-  return overlap;
-}
-
-}  // namespace
 
 std::vector<std::uint8_t> find_seen(const BentSurface& surface, Field viewpoints) {
   // Neighbours on the same slope, up to 60 degrees from the view, do not hide each other.

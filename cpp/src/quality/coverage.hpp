@@ -36,6 +36,13 @@ struct Coverage {
 
 Coverage coverage_of(const BentSurface& surface, const PointScan& scan);
 
+/// (k,) the area around each vertex: a third of its triangles.
+std::vector<double> areas_of(std::span<const Triangle> faces, Field x);
+
+/// The area of the largest connected piece of the vertices (k,) that are marked.
+double largest_piece(const Cells& cells, std::span<const double> areas,
+                     std::vector<std::uint8_t> is_in);
+
 /// (k,) the vertices that some viewpoint should see, since they face it and nothing lies before
 /// them; all without viewpoints.
 std::vector<std::uint8_t> find_seen(const BentSurface& surface, Field viewpoints);

@@ -26,6 +26,13 @@ inline constexpr struct QualityLimits {
   double ruined_disagreeing = 0.2;
   double ruined_stretch = 0.3;
 
+  /// A point lies on the surface within so many mean edges, since a tracker follows fast motion
+  /// with some delay, or, where the points are noisy, so many standard deviations of their noise.
+  double near_edges = 0.75;
+  double near_noise = 3;
+  /// Normals tell a side if so many of them agree with that of a neighbour.
+  double agreeing_neighbours = 0.7;
+
   /// Where a smaller share of the vertices has a point, the mesh is a guess.
   double hardly_seen = 0.01;
   /// Where a smaller share of the vertices is known, a completed frame is a guess.

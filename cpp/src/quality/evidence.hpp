@@ -1,0 +1,63 @@
+/// What speaks for a surface in a scan, and what against it.
+#pragma once
+
+#include <cstdint>
+#include <dynmesh/types.hpp>
+#include <vector>
+
+#include "base/workers.hpp"
+#include "quality/coverage.hpp"
+#include "surface_fit/point_scan.hpp"
+#include "surface_fit/surface_matcher.hpp"
+
+namespace dynmesh {
+
+/// What the points of a scan are worth, beside the surface that they are matched with.
+struct PointQuality {
+  /// The standard deviation of their distances along the normals of the surface. It follows from
+  /// the differences of neighbours (von Neumann 1941), so that a surface that lies beside the
+  /// points is no noise.
+  double noise = 0;
+  /// Whether the normals of neighbours agree, so that they tell the side of a surface. Noise of
+  /// the size of the distances between points leaves none.
+  bool has_normals = false;
+};
+
+PointQuality quality_of(const BentSurface& surface, const MatchedPoints& points);
+
+/// What sensors should see of a surface, and where they saw through it; (k,) each, 1 for such
+/// vertices.
+struct Sight {
+  std::vector<std::uint8_t> seen;
+  std::vector<std::uint8_t> seen_through;
+};
+
+/// Draws the surface as each sensor sees it. A vertex is seen that faces a sensor while neither the
+/// surface itself nor anything else lies before it; what is less than `near` before it belongs to
+/// it. It is seen through if all that was measured around the line of sight lies behind it, by more
+/// than the noise. Without sensors, nothing is seen through, and the surface is seen from far away
+/// on all sides.
+Sight sight_of(const BentSurface& surface, const PointScan& scan, double noise, double near,
+               Workers& workers);
+
+/// Shares are of areas of the bent surface unless they are of points.
+struct Evidence {
+  double seen = 0;       ///< of the surface, what should be seen of it
+  double explained = 0;  ///< of this, what has a point within the noise; 0 if there is nothing
+  double hole = 0;       ///< of the surface, the largest connected piece that is not explained
+  /// Of what should be seen, what lies before measured points, on the same line of sight, and has
+  /// none itself.
+  double seen_through = 0;
+  double wrong_side = 0;  ///< of the points on the surface, those that face the other way
+  PointQuality points;
+  double others = 0;           ///< of all points, those that lie on nothing of the surface
+  double others_distance = 0;  ///< the median distance from it to them
+
+  [[nodiscard]] double contradicted() const { return seen_through + wrong_side; }
+};
+
+/// `points` have their nearest places on the surface, after `update_distances`.
+Evidence evidence_of(const BentSurface& surface, const Sight& sight, const PointQuality& quality,
+                     const MatchedPoints& points);
+
+}  // namespace dynmesh
