@@ -41,7 +41,7 @@ PoseSearch::PoseSearch(const Template& given, const Topology& topology, Workers&
       is_sheet_(find_sheets(given.faces, topology.component)),
       fine_(given.faces, topology, workers, given.frame, {}, given.training, settings.uncertainty,
             epsilon),
-      errors_(fine_.model(), fine_.materials(), fine_.plan(), fine_.constants(), workers,
+      errors_(fine_.model(), fine_.materials(), fine_.factors(), fine_.constants(), workers,
               settings.uncertainty),
       mesh_(decimated(given.faces, topology, given.frame, fine_.constants().coarse_vertices,
                       fine_.constants().fewest_vertices),

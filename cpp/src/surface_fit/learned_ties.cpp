@@ -17,7 +17,6 @@ LearnedTies::LearnedTies(const Topology& topology, Field first_frame, Field norm
     const auto pair = std::minmax(topology.component[tie.i], topology.component[tie.j]);
     const auto next = static_cast<std::uint32_t>(numbers.size());
     pair_of_.push_back(numbers.try_emplace(pair, next).first->second);
-    weights_.push_back(tie.weight);
   }
   n_pairs_ = numbers.size();
   const auto walls =
@@ -47,12 +46,15 @@ std::vector<double> LearnedTies::departed(Field x, std::span<const Quaternion> q
   return departed(x, differences, departures);
 }
 
-void LearnedTies::set_weights(std::span<const double> departures) {
+WeightedTies LearnedTies::weighted(std::span<const double> departures) const {
+  WeightedTies ties{ties_, {}};
   for (std::size_t t = 0; t < pair_of_.size(); ++t) {
     const double sigma = constants_.tie_departure;
     const double far = 1 + departures[pair_of_[t]] / (sigma * sigma);
-    ties_[t].weight = weights_[t] / (far * far);
+    ties.all[t].weight = ties_[t].weight / (far * far);
+    ties.hold.push_back(4 * ties.all[t].weight >= ties_[t].weight ? 1 : 0);
   }
+  return ties;
 }
 
 }  // namespace dynmesh

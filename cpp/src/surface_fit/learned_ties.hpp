@@ -15,6 +15,16 @@
 
 namespace dynmesh {
 
+/// Ties with the weights of a frame.
+struct WeightedTies {
+  std::vector<Tie> all;  ///< those between components are the first
+  /// 1 for each tie between components that has at least a quarter of its weight: s^2 is at most
+  /// sigma^2.
+  std::vector<std::uint8_t> hold;
+
+  [[nodiscard]] std::span<const Tie> between() const { return std::span(all).first(hold.size()); }
+};
+
 /// The ties of a pair of components have the weight w = tau / (1 + s^2 / sigma^2)^2, a redescending
 /// estimator (Geman and McClure 1985). s^2 is the mean square by which they depart from frame 0, in
 /// squared mean edges: now, or in earlier frames, of which each counts less than the next. What
@@ -27,8 +37,10 @@ class LearnedTies {
   LearnedTies(const Topology& topology, Field first_frame, Field normals, double mean_edge,
               const TrackingConstants& constants);
 
-  /// All ties, with the weights that were set last.
+  /// All ties, with the weights of frame 0.
   [[nodiscard]] std::span<const Tie> all() const { return ties_; }
+  /// All ties, with the weights for s^2 (pairs,).
+  [[nodiscard]] WeightedTies weighted(std::span<const double> departures) const;
   /// The ties between components.
   [[nodiscard]] std::span<const Tie> between() const {
     return std::span(ties_).first(pair_of_.size());
@@ -50,16 +62,11 @@ class LearnedTies {
   /// (pairs,) s^2 for the differences that are kept.
   [[nodiscard]] std::vector<double> departed(Field x, std::span<const Quaternion> q,
                                              std::span<const double> departures) const;
-  /// Whether a tie between components has at least a quarter of its weight: s^2 is at most sigma^2.
-  [[nodiscard]] bool holds(std::size_t tie) const { return 4 * ties_[tie].weight >= weights_[tie]; }
-  /// Sets the weights to those for s^2 (pairs,).
-  void set_weights(std::span<const double> departures);
 
  private:
   const TrackingConstants& constants_;
   double mean_edge_;
-  std::vector<Tie> ties_;
-  std::vector<double> weights_;  // tau of each tie between components
+  std::vector<Tie> ties_;  // with the weights tau
   std::size_t n_pairs_ = 0;
   std::size_t most_pairs_;
   std::vector<std::uint32_t> pair_of_;  // of each tie between components, which are the first

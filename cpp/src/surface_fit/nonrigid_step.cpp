@@ -72,21 +72,22 @@ void NonrigidStep::begin(Memory& memory) const {
   memory.departures = ties_.no_departures();
 }
 
-void NonrigidStep::turn_to(Field x, std::span<const double> departures, Memory& next) {
+WeightedTies NonrigidStep::turn_to(Field x, std::span<const double> departures, Memory& next) {
   rotations_.fit(x, next.q);
-  ties_.set_weights(ties_.departed(x, next.q, departures));
+  return ties_.weighted(ties_.departed(x, next.q, departures));
 }
 
-bool NonrigidStep::step(const StepInput& input, Field m, std::span<Vector3> x, Memory& next) {
+bool NonrigidStep::step(const StepInput& input, MaskedFactor& preconditioner, Field m,
+                        std::span<Vector3> x, Memory& next) {
   if (input.rows.empty() && input.landmarks.empty()) return false;
-  if (input.mode_weights > 0 && fit_.exists()) fit_modes(input, m, x, next);
+  if (input.mode_weights > 0 && fit_.exists()) fit_modes(input, preconditioner, m, x, next);
   const auto wanted = wanted_shape(m, next);
   std::vector<Vector3> departures(x.size());  // Q m - K X
   apply_operator(model_.k, x, 1, departures, workers_);
   for (std::size_t v = 0; v < x.size(); ++v) departures[v] = wanted[v] - departures[v];
   const auto resistance = resistance_against(departures, input.yields_beyond);
-  auto force = forces(x, departures, resistance, next.q);
-  surface_system_.solve(input.rows, input.landmarks, resistance, input.settled, x, force);
+  auto force = forces(x, departures, resistance, input.ties, next.q);
+  surface_system_.solve(input, preconditioner, resistance, input.settled, x, force);
   return true;
 }
 
@@ -103,11 +104,12 @@ std::vector<Vector3> NonrigidStep::wanted_shape(Field last, const Memory& next) 
 /// (k,) half of the negative gradient of the energies of the shape, the membrane and the ties.
 std::vector<Vector3> NonrigidStep::forces(Field x, Field departures,
                                           std::span<const double> resistance,
+                                          std::span<const Tie> ties,
                                           std::span<const Quaternion> q) {
   std::vector<Vector3> force(x.size());
   surface_system_.pull_back(resistance, departures, force);
   membrane_.add_forces(x, force);
-  for (const Tie& tie : ties_.all()) {
+  for (const Tie& tie : ties) {
     const auto pull = tie.weight * (LearnedTies::kept(tie, q) - (x[tie.i] - x[tie.j]));
     force[tie.i] = force[tie.i] + pull;
     force[tie.j] = force[tie.j] - pull;
@@ -115,13 +117,14 @@ std::vector<Vector3> NonrigidStep::forces(Field x, Field departures,
   return force;
 }
 
-/// Fits the rest shape by the points.
-void NonrigidStep::fit_modes(const StepInput& input, Field m, Field x, Memory& next) {
+/// Fits the rest shape by the points, with a factor of its own.
+void NonrigidStep::fit_modes(const StepInput& input, const MaskedFactor& preconditioner, Field m,
+                             Field x, Memory& next) {
   PlaneAnchors planes(input.rows, x, model_.topology);
   if (planes.anchors.number == 0) return;
   for (double& weight : planes.anchors.weights) weight *= input.mode_weights;
   ShapeSystem system(model_.k, workers_);
-  Lender<MaskedFactor> factors(MaskedFactor(plan(), workers_));
+  Lender<MaskedFactor> factors(MaskedFactor(preconditioner.plan(), workers_));
   ShapeFactor factor(planes.anchors, factors.lend());
   std::vector<Vector3> kx(x.size());
   std::vector<ShapeTerms> wanted(x.size()), steps(x.size()), k_steps(x.size());

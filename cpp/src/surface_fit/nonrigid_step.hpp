@@ -4,7 +4,6 @@
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
 #include <limits>
-#include <memory>
 #include <span>
 #include <vector>
 
@@ -23,9 +22,7 @@
 namespace dynmesh {
 
 /// What draws a surface in a step, and how.
-struct StepInput {
-  std::span<const SurfaceRow> rows;
-  std::span<const Landmark> landmarks;
+struct StepInput : Pulls {
   /// The shape yields where |K X - Q m| is more than so many times its median: it resists with as
   /// much force there as at the limit (Huber 1964), since bodies bend at joints.
   double yields_beyond = std::numeric_limits<double>::infinity();
@@ -47,28 +44,22 @@ class NonrigidStep {
 
   /// What is remembered of frame 0.
   void begin(Memory& memory) const;
-  [[nodiscard]] LearnedTies& ties() { return ties_; }
   [[nodiscard]] const LearnedTies& ties() const { return ties_; }
-  /// The plan of the factor of N with the membrane.
-  [[nodiscard]] const std::shared_ptr<const FactorPlan>& plan() const {
-    return surface_system_.plan();
-  }
+  /// The memory of a factor of N with the membrane, for one at a time.
+  [[nodiscard]] Lender<MaskedFactor>& factors() { return surface_system_.factors(); }
 
   /// Finds Q for X, in `next`, and how strongly ties hold X. `departures` are those of the last
   /// frame.
-  void turn_to(Field x, std::span<const double> departures, Memory& next);
-  /// Factors the preconditioner of the next steps for these rows and landmarks, or for others with
-  /// about their weights times `factor`.
-  void factorize(std::span<const SurfaceRow> rows, std::span<const Landmark> landmarks,
-                 double factor) {
-    surface_system_.factorize(rows, landmarks, factor);
+  [[nodiscard]] WeightedTies turn_to(Field x, std::span<const double> departures, Memory& next);
+  /// The preconditioner of steps with these pulls, or with others of about their weights, those of
+  /// the rows times `factor`.
+  [[nodiscard]] Lent<MaskedFactor> preconditioner(const Pulls& pulls, double factor) {
+    return surface_system_.preconditioner(pulls, factor);
   }
-  /// Frees the memory of the preconditioner until it is factored again.
-  void release() { surface_system_.release(); }
-  /// Finds X for the rows and landmarks, after `turn_to`; (k,) `m` is the shape of the last frame.
-  /// `next` holds Q, and what was remembered of modes. Without rows and landmarks, X stays and the
-  /// result is false.
-  bool step(const StepInput& input, Field m, std::span<Vector3> x, Memory& next);
+  /// Finds X for the pulls; (k,) `m` is the shape of the last frame. `next` holds Q, and what was
+  /// remembered of modes. Without rows and landmarks, X stays and the result is false.
+  bool step(const StepInput& input, MaskedFactor& preconditioner, Field m, std::span<Vector3> x,
+            Memory& next);
 
   /// Finds the rotations of a frame in place of those of an earlier one.
   void fit_rotations(Field frame, std::span<Quaternion> q) { rotations_.fit(frame, q); }
@@ -85,8 +76,10 @@ class NonrigidStep {
  private:
   [[nodiscard]] std::vector<Vector3> forces(Field x, Field departures,
                                             std::span<const double> resistance,
+                                            std::span<const Tie> ties,
                                             std::span<const Quaternion> q);
-  void fit_modes(const StepInput& input, Field m, Field x, Memory& next);
+  void fit_modes(const StepInput& input, const MaskedFactor& preconditioner, Field m, Field x,
+                 Memory& next);
 
   const ShapeModel& model_;
   Workers& workers_;

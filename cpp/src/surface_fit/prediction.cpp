@@ -11,14 +11,14 @@ namespace dynmesh {
 namespace {
 
 /// (components,) the numbers of the groups of those that ties hold together, from 0 on.
-std::vector<std::size_t> groups_of(const Topology& topology, const LearnedTies& ties) {
+std::vector<std::size_t> groups_of(const Topology& topology, const WeightedTies& ties) {
   std::vector<std::size_t> group(topology.report.components);
   std::iota(group.begin(), group.end(), std::size_t{0});
   for (std::size_t t = 0; t < ties.between().size(); ++t) {
     const Tie& tie = ties.between()[t];
     const std::size_t a = group[at(topology.component[tie.i])];
     const std::size_t b = group[at(topology.component[tie.j])];
-    if (a != b && ties.holds(t)) std::ranges::replace(group, std::max(a, b), std::min(a, b));
+    if (a != b && ties.hold[t] != 0) std::ranges::replace(group, std::max(a, b), std::min(a, b));
   }
   return group;
 }
@@ -38,7 +38,7 @@ std::vector<Vector3> moved_on(const Memory& memory,
 /// where all are led to, or where the rigid motion of each leads, as they may move farther in a
 /// frame than they are long.
 void predict_components(const Memory& memory, Field led_to, const ShapeModel& model,
-                        const TrackingConstants& constants, const LearnedTies& ties,
+                        const TrackingConstants& constants, const WeightedTies& ties,
                         const PointScan& scan, Prediction& prediction) {
   std::vector<std::vector<Index>> components(model.topology.report.components);
   for (std::size_t v = 0; v < prediction.x.size(); ++v) {
@@ -93,8 +93,8 @@ void extrapolate(std::span<Vector3> x, std::span<Vector3> before, double share) 
 }
 
 Prediction predict(const Memory& memory, const ShapeModel& model,
-                   const TrackingConstants& constants, std::size_t n_points, LearnedTies& ties,
-                   SurfaceMatcher& matcher, MatchedPoints& points) {
+                   const TrackingConstants& constants, std::size_t n_points,
+                   const WeightedTies& ties, SurfaceMatcher& matcher, MatchedPoints& points) {
   std::vector<Vector3> led_to = memory.last;
   auto before = memory.tracking.before;
   extrapolate(led_to, before, constants.prediction);
@@ -109,9 +109,7 @@ Prediction predict(const Memory& memory, const ShapeModel& model,
   constexpr double far = 1;  // in mean edges, as of points
   const bool stays = distance_from(led_to) > distance_of_last + far;
   prediction.x = stays ? memory.last : led_to;
-  if (model.topology.report.components < 2) return prediction;
-  ties.set_weights(memory.departures);
-  if (points.scan->size() > 0) {
+  if (model.topology.report.components > 1 && points.scan->size() > 0) {
     predict_components(memory, led_to, model, constants, ties, *points.scan, prediction);
   }
   return prediction;

@@ -24,10 +24,10 @@ struct Prediction {
 
 /// The frame that the last two lead to, or the last one if it is clearly nearer to the points: a
 /// step that brought the surface to where it was all the time leads past it. Then the components
-/// that `ties` hold together begin where their points show them. Their weights are set. `points`
+/// that `ties` hold together begin where their points show them. `points`
 /// are those of the frame, of which about `n_points` suffice.
 Prediction predict(const Memory& memory, const ShapeModel& model,
-                   const TrackingConstants& constants, std::size_t n_points, LearnedTies& ties,
-                   SurfaceMatcher& matcher, MatchedPoints& points);
+                   const TrackingConstants& constants, std::size_t n_points,
+                   const WeightedTies& ties, SurfaceMatcher& matcher, MatchedPoints& points);
 
 }  // namespace dynmesh

@@ -1,7 +1,6 @@
 #include "surface_fit/surface_errors.hpp"
 
 #include <algorithm>
-#include <utility>
 
 #include "shape/shape_system.hpp"
 #include "surface_fit/plane_anchors.hpp"
@@ -19,10 +18,10 @@ AnchorNoise noise_of_points(std::span<const Material> materials) {
 }  // namespace
 
 SurfaceErrors::SurfaceErrors(const ShapeModel& model, std::span<const Material> materials,
-                             std::shared_ptr<const FactorPlan> plan,
-                             const TrackingConstants& constants, Workers& workers, bool are_wanted)
+                             Lender<MaskedFactor>& factors, const TrackingConstants& constants,
+                             Workers& workers, bool are_wanted)
     : model_(model),
-      plan_(std::move(plan)),
+      factors_(factors),
       constants_(constants),
       workers_(workers),
       bars_(model.topology.cells, workers, are_wanted, noise_of_points(materials)) {}
@@ -37,8 +36,7 @@ void SurfaceErrors::measure(const FittedSurface& found, bool is_lost, const Memo
   }
   ShapeSystem system(model_.k, workers_);
   system.take_planes(constants_.steps);
-  Lender<MaskedFactor> factors(MaskedFactor(plan_, workers_));
-  ShapeFactor factor(anchors, factors.lend());
+  ShapeFactor factor(anchors, factors_.lend());
   std::vector<Vector3> kx(model_.size());
   system.apply(found.x, 1, kx);
   anchors.normals = normals;

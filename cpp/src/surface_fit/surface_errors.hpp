@@ -2,7 +2,6 @@
 #pragma once
 
 #include <dynmesh/types.hpp>
-#include <memory>
 #include <span>
 #include <vector>
 
@@ -17,13 +16,13 @@
 namespace dynmesh {
 
 /// Carries the ensemble of errors of method detail from frame to frame, of which the rows of
-/// measured points are the anchors. Its factor lasts as long as a call.
+/// measured points are the anchors.
 class SurfaceErrors {
  public:
-  /// All references must outlive this object. `plan` is that of N with the membrane.
+  /// All references must outlive this object. `factors` are of N with the membrane.
   SurfaceErrors(const ShapeModel& model, std::span<const Material> materials,
-                std::shared_ptr<const FactorPlan> plan, const TrackingConstants& constants,
-                Workers& workers, bool are_wanted);
+                Lender<MaskedFactor>& factors, const TrackingConstants& constants, Workers& workers,
+                bool are_wanted);
 
   /// The errors of frame 0.
   [[nodiscard]] ErrorMemory no_errors() const { return bars_.no_errors(); }
@@ -34,7 +33,7 @@ class SurfaceErrors {
 
  private:
   const ShapeModel& model_;
-  std::shared_ptr<const FactorPlan> plan_;
+  Lender<MaskedFactor>& factors_;
   const TrackingConstants& constants_;
   Workers& workers_;
   ErrorBars bars_;

@@ -24,7 +24,7 @@ SurfaceFit::SurfaceFit(const std::vector<Triangle>& faces, const Topology& topol
                        const Options& options)
     : whole_(faces, topology, workers, first_frame, {}, training, options.uncertainty,
              options.epsilon),
-      errors_(whole_.model(), whole_.materials(), whole_.plan(), whole_.constants(), workers,
+      errors_(whole_.model(), whole_.materials(), whole_.factors(), whole_.constants(), workers,
               options.uncertainty),
       is_live_(options.resolution > 0) {
   const TrackingConstants& constants = whole_.constants();

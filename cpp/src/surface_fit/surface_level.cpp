@@ -47,14 +47,18 @@ SurfaceFrame SurfaceLevel::find(const Memory& memory, const PointScan& scan,
   next.q = memory.q;
   next.fit = memory.fit;
   MatchedPoints points = matcher_.points_of(scan);
-  auto [x, visibility] =
-      predict(memory, model_, constants_, rigid_points_, step_.ties(), matcher_, points);
-  SurfaceFrame frame{std::move(x), std::move(points), std::move(visibility)};
+  WeightedTies ties = step_.ties().weighted(memory.departures);
+  auto [x, visibility] = predict(memory, model_, constants_, rigid_points_, ties, matcher_, points);
+  SurfaceFrame frame{std::move(x), std::move(points), std::move(visibility), std::move(ties)};
   align_rigidly(memory, options.fewest_iterations, frame);
   if (seek_lost(frame)) align_rigidly(memory, options.fewest_iterations, frame);
   std::vector<Vector3> before = frame.x;
+  std::optional<Preconditioner> preconditioner;
   for (int left = frame.iterations; left-- > 0;) {
-    if (!iterate(left, left == 1, constants_.settled, options, memory, frame, next)) break;
+    if (!iterate(left, left == 1, constants_.settled, options, memory, preconditioner, frame,
+                 next)) {
+      break;
+    }
     // The last iteration begins where the one before it ended.
     if (left > 1) extrapolate(frame.x, before, constants_.prediction);
   }
@@ -66,12 +70,14 @@ FittedSurface SurfaceLevel::refine(std::vector<Vector3> x, const Memory& memory,
                                    Memory& next) {
   next.fit = memory.fit;
   auto visibility = matcher_.visibility_of(x, scan);
-  SurfaceFrame frame{std::move(x), matcher_.points_of(scan), std::move(visibility)};
+  SurfaceFrame frame{std::move(x), matcher_.points_of(scan), std::move(visibility),
+                     step_.ties().weighted(step_.ties().no_departures())};
   frame.iterations = iterations;
+  std::optional<Preconditioner> preconditioner;
   double largest = std::numeric_limits<double>::infinity();
   for (int i = 0; i < most_iterations && !lies_still(largest); ++i) {
     const std::vector<Vector3> before = frame.x;
-    iterate(0, i == 0, constants_.whole_settled, {}, memory, frame, next);
+    iterate(0, i == 0, constants_.whole_settled, {}, memory, preconditioner, frame, next);
     largest = 0;
     for (std::size_t v = 0; v < before.size(); ++v) {
       largest = std::max(largest, squared_norm(frame.x[v] - before[v]));
@@ -105,7 +111,7 @@ std::vector<Vector3> SurfaceLevel::wanted_differences(const Memory& memory) cons
 void SurfaceLevel::align_rigidly(const Memory& memory, int fewest_iterations, SurfaceFrame& frame) {
   const MatchOptions options = {
       .walked = constants_.radius, .points = rigid_points_, .scale = constants_.radius / 2};
-  LearnedTies& ties = step_.ties();
+  const LearnedTies& ties = step_.ties();
   auto differences = wanted_differences(memory);
   const double reach = constants_.radius * model_.mean_edge;
   const auto is_near = [&](const Tie& tie) { return squared_norm(tie.kept) <= reach * reach; };
@@ -114,9 +120,9 @@ void SurfaceLevel::align_rigidly(const Memory& memory, int fewest_iterations, Su
     frame.rows = matcher_.match(frame.x, frame.visibility, options, frame.points);
     // Cloth bends while it moves, which its planes cannot tell from a rigid motion along it.
     if (all_slide_ || frame.rows.size() < constants_.fewest) break;
-    ties.set_weights(ties.departed(frame.x, differences, memory.departures));
-    const double moved = move_jointly(frame.rows, ties.between(), reach, stiffness, model_.topology,
-                                      constants_, frame.x, differences);
+    frame.ties = ties.weighted(ties.departed(frame.x, differences, memory.departures));
+    const double moved = move_jointly(frame.rows, frame.ties.between(), reach, stiffness,
+                                      model_.topology, constants_, frame.x, differences);
     if (stiffness == 1 && lies_still(moved)) break;
     stiffness = std::max(1.0, stiffness / constants_.stiffness_growth);
   }
@@ -134,11 +140,11 @@ void SurfaceLevel::align_rigidly(const Memory& memory, int fewest_iterations, Su
 std::vector<std::uint8_t> SurfaceLevel::find_placed(const SurfaceFrame& frame) const {
   const auto is_measured = matcher_.find_measured(frame.visibility, frame.points);
   auto is_placed = is_measured;
-  const auto ties = step_.ties().between();
+  const auto ties = frame.ties.between();
   for (std::size_t t = 0; t < ties.size(); ++t) {
     const std::size_t a = at(model_.topology.component[ties[t].i]);
     const std::size_t b = at(model_.topology.component[ties[t].j]);
-    if (is_measured[a] == is_measured[b] || !step_.ties().holds(t)) continue;
+    if (is_measured[a] == is_measured[b] || frame.ties.hold[t] == 0) continue;
     is_placed[a] = is_placed[b] = 1;
   }
   return is_placed;
@@ -161,7 +167,8 @@ bool SurfaceLevel::seek_lost(SurfaceFrame& frame) {
 /// Matches the points with X, and then finds X for these and the landmarks; `left` iterations are
 /// to follow. Returns false if there are neither.
 bool SurfaceLevel::iterate(int left, bool fits_modes, double settled, const FitOptions& options,
-                           const Memory& memory, SurfaceFrame& frame, Memory& next) {
+                           const Memory& memory, std::optional<Preconditioner>& preconditioner,
+                           SurfaceFrame& frame, Memory& next) {
   const double last_weight = options.times_weight * constants_.last_weight;
   const double weight =
       std::max(constants_.first_weight, last_weight * std::pow(constants_.weight_growth, -left));
@@ -172,14 +179,15 @@ bool SurfaceLevel::iterate(int left, bool fits_modes, double settled, const FitO
                                .looks_farther = !arrives,
                                .points = arrives ? all_points : points_at_first_},
                               frame.points);
-  step_.turn_to(frame.x, memory.departures, next);
-  if (!(weight < constants_.factored_growth * frame.factored_weight)) {
+  frame.ties = step_.turn_to(frame.x, memory.departures, next);
+  const Pulls pulls = {frame.rows, options.landmarks, frame.ties.all};
+  if (!preconditioner || !(weight < constants_.factored_growth * preconditioner->weight)) {
     const double growth = std::min(constants_.factored_growth, last_weight / weight);
-    step_.factorize(frame.rows, options.landmarks, std::sqrt(growth));
-    frame.factored_weight = weight;
+    preconditioner.reset();  // the next one has its memory
+    preconditioner.emplace(step_.preconditioner(pulls, std::sqrt(growth)), weight);
   }
   const double mode_weights = fits_modes ? constants_.first_weight / weight : 0;
-  return step_.step({frame.rows, options.landmarks, options.yields_beyond, settled, mode_weights},
+  return step_.step({pulls, options.yields_beyond, settled, mode_weights}, preconditioner->factor,
                     memory.m, frame.x, next);
 }
 
@@ -188,7 +196,6 @@ FittedSurface SurfaceLevel::compared(SurfaceFrame frame, const Memory& memory, c
   FittedSurface found = agreement_of(std::move(frame));
   if (!has_uncertainty_) return found;
   found.shape = step_.wanted_shape(memory.m, next);
-  step_.release();  // before that of the errors is made
   return found;
 }
 
@@ -218,7 +225,8 @@ FittedSurface SurfaceLevel::agreement_of(SurfaceFrame frame) const {
 
 FittedSurface SurfaceLevel::agreement_with(const PointScan& scan, std::vector<Vector3> frame) {
   auto visibility = matcher_.visibility_of(frame, scan);
-  SurfaceFrame compared{std::move(frame), matcher_.points_of(scan), std::move(visibility)};
+  SurfaceFrame compared{std::move(frame), matcher_.points_of(scan), std::move(visibility),
+                        step_.ties().weighted(step_.ties().no_departures())};
   matcher_.nearest_places(compared.x, compared.visibility, 0, compared.points);
   return agreement_of(std::move(compared));
 }
@@ -236,7 +244,8 @@ void SurfaceLevel::place(Field frame, Memory& memory) {
 void SurfaceLevel::bend(const FitOptions& options, int steps, Memory& memory) {
   std::vector<Vector3> x = memory.last;
   Memory bent = memory;
-  step_.factorize({}, options.landmarks, 1);
+  const WeightedTies first = step_.ties().weighted(memory.departures);
+  Lent<MaskedFactor> factor = step_.preconditioner({{}, options.landmarks, first.all}, 1);
   std::vector<Landmark> moving(options.landmarks.begin(), options.landmarks.end());
   for (int step = 0; step < steps; ++step) {
     const double share = static_cast<double>(step + 1) / steps;
@@ -244,8 +253,9 @@ void SurfaceLevel::bend(const FitOptions& options, int steps, Memory& memory) {
       const auto& start = memory.last[moving[i].vertex];
       moving[i].target = start + share * (options.landmarks[i].target - start);
     }
-    step_.turn_to(x, memory.departures, bent);
-    step_.step({{}, moving, options.yields_beyond, constants_.settled}, memory.m, x, bent);
+    const WeightedTies ties = step_.turn_to(x, memory.departures, bent);
+    step_.step({{{}, moving, ties.all}, options.yields_beyond, constants_.settled}, factor,
+               memory.m, x, bent);
   }
   place(x, memory);
   forget_shape(memory);

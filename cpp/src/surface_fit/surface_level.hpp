@@ -8,7 +8,7 @@
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
 #include <limits>
-#include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -38,9 +38,9 @@ struct SurfaceFrame {
   std::vector<Vector3> x;  ///< (k,) the positions
   MatchedPoints points;
   Visibility visibility;
+  WeightedTies ties;                  ///< that held x last
   std::vector<SurfaceRow> rows = {};  ///< to which the last step drew x
   int iterations = 0;
-  double factored_weight = 0;  ///< of the iteration for which the preconditioner was factored
 };
 
 /// A frame that was found.
@@ -118,20 +118,27 @@ class SurfaceLevel {
   }
   [[nodiscard]] std::vector<Vector3> normals_of(Field x) const { return matcher_.normals_of(x); }
   [[nodiscard]] const ShapeModel& model() const { return model_; }
-  /// The plan of the factor of N with the membrane.
-  [[nodiscard]] const std::shared_ptr<const FactorPlan>& plan() const { return step_.plan(); }
+  /// The memory of a factor of N with the membrane, which nothing has between frames.
+  [[nodiscard]] Lender<MaskedFactor>& factors() { return step_.factors(); }
   [[nodiscard]] std::span<const Material> materials() const { return materials_; }
   [[nodiscard]] bool any_slides() const { return any_slides_; }
   [[nodiscard]] double mean_edge() const { return model_.mean_edge; }
   [[nodiscard]] const TrackingConstants& constants() const { return constants_; }
 
  private:
+  /// Of the iterations from one with this weight of the points on.
+  struct Preconditioner {
+    Lent<MaskedFactor> factor;
+    double weight = 0;
+  };
+
   [[nodiscard]] std::vector<Vector3> wanted_differences(const Memory& memory) const;
   void align_rigidly(const Memory& memory, int fewest_iterations, SurfaceFrame& frame);
   [[nodiscard]] std::vector<std::uint8_t> find_placed(const SurfaceFrame& frame) const;
   bool seek_lost(SurfaceFrame& frame);
   bool iterate(int left, bool fits_modes, double settled, const FitOptions& options,
-               const Memory& memory, SurfaceFrame& frame, Memory& next);
+               const Memory& memory, std::optional<Preconditioner>& preconditioner,
+               SurfaceFrame& frame, Memory& next);
   FittedSurface compared(SurfaceFrame frame, const Memory& memory, const Memory& next);
   [[nodiscard]] FittedSurface agreement_of(SurfaceFrame frame) const;
   /// Whether no vertex moved farther than the root of this.

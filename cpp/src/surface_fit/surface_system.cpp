@@ -15,9 +15,9 @@ SurfaceSystem::SurfaceSystem(const ShapeModel& model, const std::vector<double>&
       membrane_(membrane),
       constants_(constants),
       workers_(workers),
-      ties_(ties),
-      coarse_(model.topology.cells, model.first_frame, model.clusters(), normal, ties_),
-      plan_(std::make_shared<const FactorPlan>(normal, model.plan->elimination)),
+      coarse_(model.topology.cells, model.first_frame, model.clusters(), normal, ties),
+      factors_(MaskedFactor(std::make_shared<const FactorPlan>(normal, model.plan->elimination),
+                            workers)),
       scaled_(model.size()) {}
 
 /// (k,) the weights that hold the vertices.
@@ -28,21 +28,21 @@ std::vector<double> SurfaceSystem::held(std::span<const Landmark> landmarks) con
   return weights;
 }
 
-void SurfaceSystem::factorize(std::span<const SurfaceRow> rows, std::span<const Landmark> landmarks,
-                              double factor) {
-  const auto weights = held(landmarks);
+Lent<MaskedFactor> SurfaceSystem::preconditioner(const Pulls& pulls, double factor) {
+  const auto weights = held(pulls.landmarks);
   std::vector<double> diagonal = weights;
-  for (const SurfaceRow& row : rows) {
+  for (const SurfaceRow& row : pulls.rows) {
     const double weight = constants_.preconditioned * factor * row.weight;
     for (std::size_t s = 0; s < 3; ++s) diagonal[row.corners[s]] += weight * row.shares[s];
   }
-  for (const Tie& tie : ties_) {
+  for (const Tie& tie : pulls.ties) {
     diagonal[tie.i] += tie.weight;
     diagonal[tie.j] += tie.weight;
   }
-  if (!factor_) factor_.emplace(plan_, workers_);
-  factor_->factorize(std::vector<std::uint8_t>(diagonal.size(), 1), diagonal);
-  coarse_.factorize(rows, factor, weights, ties_);
+  Lent<MaskedFactor> found = factors_.lend();
+  found.factorize(std::vector<std::uint8_t>(diagonal.size(), 1), diagonal);
+  coarse_.factorize(pulls.rows, factor, weights, pulls.ties);
+  return found;
 }
 
 void SurfaceSystem::pull_back(std::span<const double> resistance, Field detail,
@@ -64,31 +64,31 @@ void SurfaceSystem::multiply(std::span<const double> resistance, Field x,
 }
 
 /// x = the inverse of the factored matrix times the right side.
-void SurfaceSystem::apply_factor(Field right_side, std::span<Vector3> x) {
-  const auto order = factor_->order();
+void SurfaceSystem::apply_factor(MaskedFactor& factor, Field right_side, std::span<Vector3> x) {
+  const auto order = factor.order();
   workers_.for_each_in_chunks(order.size(),
                               [&](std::size_t r) { scaled_[r] = right_side[at(order[r])]; });
-  factor_->solve(scaled_, 1);
+  factor.solve(scaled_, 1);
   workers_.for_each_in_chunks(order.size(), [&](std::size_t r) { x[at(order[r])] = scaled_[r]; });
 }
 
-void SurfaceSystem::solve(std::span<const SurfaceRow> rows, std::span<const Landmark> landmarks,
+void SurfaceSystem::solve(const Pulls& pulls, MaskedFactor& preconditioner,
                           std::span<const double> resistance, double settled, std::span<Vector3> x,
                           std::span<Vector3> force) {
-  const auto weights = held(landmarks);
-  RowProduct row_product(rows, x.size(), workers_);
+  const auto weights = held(pulls.landmarks);
+  RowProduct row_product(pulls.rows, x.size(), workers_);
   row_product.add_forces(x, force);
-  for (const Landmark& l : landmarks) {
+  for (const Landmark& l : pulls.landmarks) {
     force[l.vertex] = force[l.vertex] + l.weight * (l.target - x[l.vertex]);
   }
   std::vector<Vector3> steps(x.size()), direction(x.size()), product(x.size());
   const auto precondition = [&] {
-    apply_factor(force, product);
+    apply_factor(preconditioner, force, product);
     coarse_.add(force, product, workers_);
   };
   const auto multiply_direction = [&] {
     multiply(resistance, direction, product);
-    for (const Tie& tie : ties_) {
+    for (const Tie& tie : pulls.ties) {
       const auto tied = tie.weight * (direction[tie.i] - direction[tie.j]);
       product[tie.i] = product[tie.i] + tied;
       product[tie.j] = product[tie.j] - tied;
