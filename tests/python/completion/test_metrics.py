@@ -179,6 +179,8 @@ def test_random_meshes_equal_the_transcription(
             leaders.learn(expected, known)
         completed = completer.push(points, known)
         np.testing.assert_array_equal(completer.generation, generation)
+        exact = generation >= 0  # the rotations of others can be hardly determined
+        np.testing.assert_allclose(completed[exact], expected[exact], rtol=1e-12, atol=1e-12)
         np.testing.assert_allclose(completed, expected, rtol=1e-7, atol=1e-7)
         assert completer.report.known == known.sum()
         assert completer.report.filled == (generation > 0).sum()
