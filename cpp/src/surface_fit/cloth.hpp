@@ -32,12 +32,12 @@ struct Material {
   double point_weight = 1;  ///< how many times more its points weigh
 };
 
-/// (components,) as frame 0 tells.
+/// (components,) from the shape of frame 0.
 std::vector<Material> find_materials(std::span<const Triangle> faces, const Topology& topology,
                                      Field first_frame, const TrackingConstants& constants);
 
-/// A surface slides along itself without leaving the planes of its points, and only its boundary
-/// tells: it must lie where the points end.
+/// A surface slides along itself without leaving the planes of its points. Only its boundary shows
+/// by how much: it must lie where the points end.
 class Boundary {
  public:
   /// All arguments must outlive this object.
@@ -45,8 +45,8 @@ class Boundary {
            std::span<const Material> materials, const TrackingConstants& constants);
 
   /// Adds to the rows of points those that draw the boundary of X: outwards to the points whose
-  /// place is on it, and that of cloth inwards where it lies beyond the last point. `normals` (k,)
-  /// are those of X.
+  /// place is on it, and that of cloth inwards where it lies beyond the last point. X has the
+  /// `normals` (k,).
   void draw(Field x, Field normals, std::vector<SurfaceRow>& rows) const;
 
  private:

@@ -33,8 +33,8 @@ class CoarseSpace {
               std::span<const Tie> ties);
 
   /// Factors the small system for rows whose weights are multiplied by `factor`. `held` (k,) are
-  /// further weights, of the three coordinates alike. The
-  /// ties are those of the constructor, with their current weights.
+  /// further weights, of the three coordinates alike. `ties` differ from those of the constructor
+  /// in their weights alone.
   void factorize(std::span<const SurfaceRow> rows, double factor, std::span<const double> held,
                  std::span<const Tie> ties);
 

@@ -29,8 +29,8 @@ struct WeightedTies {
 /// estimator (Geman and McClure 1985). s^2 is the mean square by which they depart from frame 0, in
 /// squared mean edges: now, or in earlier frames, of which each counts less than the next. What
 /// moves together stays tied, and what slides or leaves is let go, as soon as its points draw it
-/// away. The ties of thin walls, within a component, have a fixed weight: no point tells how thick
-/// they are.
+/// away. The ties of thin walls, within a component, have a fixed weight: no point shows how
+/// thick they are.
 class LearnedTies {
  public:
   /// `normals` (k,) are those of frame 0, outwards.

@@ -14,7 +14,7 @@ namespace dynmesh {
 /// Rows as noisy anchors, one for each vertex that they touch: the point of their mean plane that
 /// is nearest to the vertex. The components that they touch are solved for.
 struct PlaneAnchors {
-  /// Of rows on X (k,).
+  /// The anchors of rows on X (k,).
   PlaneAnchors(std::span<const SurfaceRow> rows, Field x, const Topology& topology);
 
   Anchors anchors;               ///< that observe positions

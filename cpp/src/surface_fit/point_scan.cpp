@@ -13,8 +13,8 @@
 namespace dynmesh {
 namespace {
 
-/// How many points tell a local plane at least, the one in question included, and how many at most
-/// where they are denser than the mesh. Fewer follow the noise, more round off edges.
+/// How many points determine a local plane at least, the one in question included, and how many at
+/// most where they are denser than the mesh. Fewer follow the noise, more round off edges.
 constexpr std::size_t plane_points = 12;
 constexpr std::size_t most_plane_points = 96;
 
@@ -22,7 +22,7 @@ constexpr std::size_t most_plane_points = 96;
 constexpr double collinear = 0.2;
 
 /// The unit normal of the plane that fits the points best; 0 if they lie on a line, as the points
-/// of one line of a line scanner do: across it, only noise or its bends would tell the plane.
+/// of one line of a line scanner do: across it, only noise or its bends would determine the plane.
 Vector3 plane_normal(const std::vector<Vector3>& points, std::span<const std::uint32_t> chosen) {
   Vector3 mean;
   for (const auto i : chosen) mean = mean + points[i];
@@ -89,7 +89,7 @@ std::span<const std::uint32_t> PointScan::along_curve() const {
 void PointScan::estimate_normals(double radius, Workers& workers) {
   normals.resize(points.size());
   undecided.resize(points.size());
-  // Copies of few points tell no plane.
+  // Copies of few points determine no plane.
   const auto place = [](const Vector3& p) { return std::array{p.x, p.y, p.z}; };
   auto distinct = points;
   std::ranges::sort(distinct, {}, place);

@@ -126,7 +126,7 @@ class SurfaceLevel {
   [[nodiscard]] const TrackingConstants& constants() const { return constants_; }
 
  private:
-  /// Of the iterations from one with this weight of the points on.
+  /// The preconditioner of the iterations from one with this weight of the points on.
   struct Preconditioner {
     Lent<MaskedFactor> factor;
     double weight = 0;

@@ -33,7 +33,8 @@ struct PlaneMotion {
 
   /// Sums up rows on X.
   PlaneMotion(std::span<const SurfaceRow> rows, Field x);
-  /// Of no row, for a surface with these positions. `reach_of_one` is the reach of a single vertex.
+  /// The sums of no row, for a surface with these positions. `reach_of_one` is the reach of a
+  /// single vertex.
   PlaneMotion(Field positions, double reach_of_one);
 
   /// The rigid motion for a solution, with a proper rotation.
