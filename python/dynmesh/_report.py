@@ -5,9 +5,9 @@ import dataclasses
 import math
 import sys
 import warnings
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import groupby
+from itertools import groupby, zip_longest
 from pathlib import Path
 from typing import Any, Literal
 
@@ -127,6 +127,12 @@ def runs_of(numbers: Iterable[Any]) -> list[list[Any]]:
     """Splits ascending numbers into runs of consecutive ones."""
     along = groupby(enumerate(numbers), lambda item: item[1] - item[0])
     return [[number for _, number in run] for _, run in along]
+
+
+def aligned(rows: Sequence[Sequence[str]]) -> list[str]:
+    """Returns the lines of a table, whose columns begin below one another."""
+    widths = [max(map(len, column)) for column in zip_longest(*rows, fillvalue="")]
+    return ["  ".join(map(str.ljust, row, widths)).rstrip() for row in rows]
 
 
 def few(what: str, places: Iterable[Any]) -> str:

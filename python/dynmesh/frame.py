@@ -2,9 +2,10 @@
 
 import contextlib
 from abc import ABC, abstractmethod
-from collections.abc import Container, Generator, Iterator, Sequence
+from collections.abc import Container, Generator, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, Self
 
 import numpy as np
@@ -155,6 +156,8 @@ class Frames(ABC):
         report: of the verb that made the frames; None of others.
         wanted: names of attributes of the vertices that were asked for, so that a format that
             cannot hold them is refused.
+        each: of several meshes of a scene together, the frames of each by its path, in its own
+            space, vertices in this order; empty of a single mesh.
     """
 
     header: Header
@@ -166,6 +169,7 @@ class Frames(ABC):
     origin: Origin | None = None
     report: Any = None
     wanted: Sequence[str] = ()
+    each: "Mapping[str, Frames]" = MappingProxyType({})
     _is_closed = False
 
     @property

@@ -3,7 +3,7 @@
 import inspect
 import json
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import cache
 from importlib import import_module
 from pathlib import Path
@@ -43,8 +43,8 @@ app = App(
     help="Completes dynamic meshes: frames that share one connectivity, of which some vertices are "
     "missing.\n\n"
     "A sequence is an animated mesh in one of the formats npz, npz_frames, hdf5, npy, pc2, ply, "
-    "obj, usd, usdz, alembic and model, recognised by its suffix. A vertex is missing in a frame if its "
-    "known mask says so or, in a file without masks, if its position is not finite.\n\n"
+    "obj, usd, usdz, alembic and model, recognised by its suffix. A vertex is missing in a frame "
+    "if its known mask says so or, in a file without masks, if its position is not finite.\n\n"
     "Every command also takes --quiet (-q), which prints only what is wrong, --json, which prints "
     "its report as JSON, and --traceback, which shows where in the program an error arose. The "
     "exit code is 0 if all is well, 1 after an error, 2 if the command line or an option is wrong, "
@@ -92,7 +92,7 @@ app.register_install_completion_command()
 
 def main() -> None:
     """Runs the command line; tells an error in one line, but shows a fault of dynmesh itself."""
-    tokens = _command_first(sys.argv[1:])
+    tokens = [*_each_mesh(_command_first(sys.argv[1:]))]
     shared = {"traceback": "--traceback" in tokens}
     code = 0
     try:
@@ -132,6 +132,19 @@ def _command_first(tokens: list[str]) -> list[str]:
     names |= {f"--no-{name[2:]}" for name in names}
     n = next((i for i, token in enumerate(tokens) if token.partition("=")[0] not in names), 0)
     return [*tokens[n : n + 1], *tokens[:n], *tokens[n + 1 :]]
+
+
+def _each_mesh(tokens: list[str]) -> Iterator[str]:
+    """Repeats --prim before each path of a mesh that follows it; files may follow these."""
+    is_begun, previous = False, ""
+    for token in tokens:
+        if previous != "--prim":
+            is_path = token.startswith("/") and not Path(token).suffix and not Path(token).exists()
+            is_begun = is_begun and (is_path or token == "all")
+            if is_begun:
+                yield "--prim"
+        is_begun, previous = is_begun or token == "--prim", token
+        yield token
 
 
 def _command_in(tokens: list[str]) -> Command | None:

@@ -123,7 +123,8 @@ def annotation_of(option: Option) -> Any:
     if {Path, list[Path]} & {*members_of(_of_shell(hint))}:
         more["converter"] = _path
     if any(typing.get_origin(kind) is list for kind in members_of(_of_shell(hint))):
-        more["consume_multiple"] = True  # up to the next option
+        # Up to the next option; but behind the path of a mesh, a file may follow.
+        more["consume_multiple"] = option.parameter.name != "prim"
     elif str in members_of(hint):
         more["allow_leading_hyphen"] = True  # of numbers
     if bool not in members_of(hint):

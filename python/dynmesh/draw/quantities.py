@@ -1,7 +1,7 @@
 """What the colour of a vertex can show: one table of values, with their scales and requirements."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import Literal, NamedTuple, TypeAlias
@@ -19,12 +19,14 @@ from ..scans import ScanReader
 from .figures import HEATMAP_RANGE, KNOWN_COLOUR, MISSING_COLOUR
 from .scales import Scale, Values, count_scale, measure_scale, step_scale
 
-Alone = Literal["error", "generation", "age", "standard_error", "known", "plain"]
+Alone = Literal["error", "generation", "age", "standard_error", "known", "mesh", "plain"]
 """What the colour of a vertex shows; plain is one colour for all."""
 
 Colour = Literal[Alone, "distance"]
 """The same, or what it shows beside scans."""
 
+_COLOURS_OF_MESHES = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#f0e442")
+"""Of Okabe and Ito, which the colour-blind tell apart."""
 _SMALLEST_LIMIT = 1e-6  # of the bounding-box diagonal: about what float32 positions resolve
 _FARTHEST = 2.0  # mean edges; from one on, a point counts as far from the surface
 _POINTS_PER_VERTEX = 10  # of a scan, for distances; between so many, a third of an edge is left
@@ -124,6 +126,27 @@ def _lacks_masks(sources: Sources) -> str | None:
 
 def _lacks_scans(sources: Sources) -> str | None:
     return "colour: distance requires scans" if sources.scans is None else None
+
+
+def _lacks_meshes(sources: Sources) -> str | None:
+    return None if sources.reader.each else f"{sources.reader.path}: shows a single mesh"
+
+
+def _mesh(sources: Sources, _: Moment) -> Values:
+    sizes = [one.n_vertices for one in sources.reader.each.values()]
+    return np.repeat(np.arange(len(sizes)), sizes)
+
+
+def _mesh_scale(sources: Sources, _: Seen) -> Scale:
+    names = short_names([*sources.reader.each])
+    colours = [_COLOURS_OF_MESHES[n % len(_COLOURS_OF_MESHES)] for n in range(len(names))]
+    return step_scale("meshes", range(len(names)), names, colours)
+
+
+def short_names(paths: Sequence[str]) -> list[str]:
+    """The last parts of paths of meshes, if they tell them apart, else the paths."""
+    last = [path.rpartition("/")[2] for path in paths]
+    return last if len({*last}) == len(last) else [*paths]
 
 
 def _error(sources: Sources, moment: Moment) -> Values:
@@ -228,6 +251,7 @@ QUANTITIES: dict[Colour, Quantity] = {
         partial(_lacks, "standard_error", _UNCERTAINTY), _standard_error, _standard_error_scale
     ),
     "known": Quantity(_lacks_masks, _known, _known_scale),
+    "mesh": Quantity(_lacks_meshes, _mesh, _mesh_scale),
     "distance": Quantity(_lacks_scans, _distance, _distance_scale),
 }
 """By colour; without a choice, colours show the first that the sources have."""

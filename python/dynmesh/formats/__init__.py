@@ -4,7 +4,7 @@ Each format is a module with a :class:`dynmesh.formats.format.Format`: two funct
 keeps. They process one frame at a time, so memory does not grow with the length of a sequence.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import PurePath
 from typing import Any, Literal, TypeAlias, TypedDict, Unpack
@@ -29,6 +29,7 @@ from .table import (
     existing_file,
     format_of,
 )
+from .usd_meshes import UsdMeshes
 from .writing import Written, write
 
 __all__ = [
@@ -57,7 +58,7 @@ class Source(TypedDict, total=False):
 
     format: str | None
     faces: Faces | PathLike | None
-    prim: str | None
+    prim: str | Iterable[str] | None
     known: NDArray[np.bool_] | PathLike | None
     missing: float | Literal["zero"] | None
     least_confidence: float | None
@@ -73,7 +74,7 @@ def open(
     *,
     format: str | None = None,
     faces: Faces | PathLike | None = None,
-    prim: str | None = None,
+    prim: str | Iterable[str] | None = None,
     known: NDArray[np.bool_] | PathLike | None = None,
     missing: float | Literal["zero"] | None = None,
     least_confidence: float | None = None,
@@ -86,7 +87,8 @@ def open(
             ``frame_%04d.ply`` or ``frame.####.ply``, or a folder.
         format: the format of the file, if its suffix does not say it.
         faces: a mesh with the faces, if the file holds only positions.
-        prim: the path of the mesh, if the file holds several (USD, Alembic).
+        prim: the path of the mesh, if the file holds several (USD, Alembic); or, of USD, several
+            paths, or "all": they are one mesh then, in the space of the scene.
         known: which vertices are known, bool (n, k) in a .npy file, or known in a .npz file; or a
             text file of vertices that are not, in lines "frame vertex vertex ...", where the frame
             ``*`` stands for all; or, of USD, a primvar, such as ``primvars:tracked``.
@@ -117,6 +119,8 @@ def open(
     if isinstance(frames, Sequence):  # as a simple format of another package reads it
         frames = frames.named(str(path), [path])
     try:
+        if isinstance(frames, UsdMeshes):
+            return _masked_each(frames, known, missing, least_confidence)
         if least_confidence is not None and known is None:
             if not frames.header.has_known:
                 message = "is that of known masks, of which there are none"
@@ -128,6 +132,20 @@ def open(
     except BaseException:
         frames.close()
         raise
+
+
+def _masked_each(
+    frames: UsdMeshes, known: Any, missing: float | None, least_confidence: float | None
+) -> UsdMeshes:
+    """Several meshes, of which each has its own masks, before it is moved to its place."""
+    if known is not None:
+        message = "is of a single mesh; of several, name a primvar, as primvars:known"
+        raise InputError(message, argument="known")
+    for one in frames.each.values():
+        one.least_confidence = least_confidence
+    if missing is not None:
+        frames.each = {n: MaskedFrames(one, None, missing) for n, one in frames.each.items()}
+    return frames
 
 
 def meshes_of(path: PathLike, format: str | None = None) -> Mapping[str, bool]:

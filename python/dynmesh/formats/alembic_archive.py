@@ -173,7 +173,7 @@ class AlembicFrames(FileFrames):
     or, without it, at the median rate of the samples.
     """
 
-    def __init__(self, path: Path, prim: str | None) -> None:
+    def __init__(self, path: Path, prim: str | Iterable[str] | None) -> None:
         archive, meshes = meshes_in(path)
         with of_library(_TRIED):
             mesh = meshes[choose_mesh(moves(meshes), prim)]

@@ -189,8 +189,12 @@ def not_read(moved_by: Collection[str], unknown: str) -> tuple[str, ...]:
     return tuple(remarks)
 
 
-def choose_mesh(meshes: Mapping[str, bool], prim: str | None) -> str:
+def choose_mesh(meshes: Mapping[str, bool], prim: str | Iterable[str] | None) -> str:
     """Chooses a mesh by its path, else the only one that moves, else the only one."""
+    if not isinstance(prim, str | None):
+        prim, *others = prim
+        if others:
+            raise InputError("several meshes together are only for USD", argument="prim")
     if not meshes:
         raise InputError("contains no polygon mesh")
     if prim is not None:
@@ -204,7 +208,7 @@ def choose_mesh(meshes: Mapping[str, bool], prim: str | None) -> str:
     candidates = [path for path, moves in meshes.items() if moves] or list(meshes)
     if len(candidates) > 1:
         raise InputError(
-            f"contains several meshes; choose one by its path: {some_of(candidates)}",
+            f"contains several meshes; choose by their paths, or all in USD: {some_of(candidates)}",
             argument="prim",
         )
     return candidates[0]

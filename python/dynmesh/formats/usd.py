@@ -1,16 +1,18 @@
 """USD: the points of one mesh in a stage, with a time sample for each frame.
 
-Of the scene, only the mesh itself is read: its points, in its own space, and its faces.
-Transforms, skeletons, materials and everything else are ignored. A written stage has the mesh, its
-points, faces and texture coordinates alone, at the same path and times. An overlay changes the
-points and the extent in the original stage, blocks what else followed from the former ones, and
-leaves the rest as it is.
+Of the scene, only the mesh itself is read: its points, in its own space, and its faces; several
+meshes are read as one, in the space of the scene. Skeletons, materials, transforms of a single mesh
+and everything else are ignored. A written stage has the mesh, its points, faces and texture
+coordinates alone, at the same path and times. An overlay changes the points, extents and velocities
+of meshes in the original stage, blocks what else followed from the former ones, and leaves the rest
+as it is.
 
 The known mask is the primvar `known` (bool); `generation` and `age` (int) are primvars as well,
 each with one value per vertex.
 """
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -18,6 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .._arrays import Floats
 from .._errors import InputError, naming
 from .._report import listed, some_of
 from ..frame import Frame, Frames
@@ -28,6 +31,7 @@ from .output import destination_of, refuse_inputs, seen_from
 from .own_space import extent_of
 from .usd_library import library_array, of_usd, pxr
 from .usd_mesh import errors_of_key, primvars
+from .usd_meshes import open_usd
 from .usd_stage import UsdFrames, UsdScene
 
 unsaved_bytes = 1 << 24
@@ -47,32 +51,35 @@ class _Stage:
     subdivided, so only the subdivision scheme that a stage states for it is written.
     """
 
-    def __init__(self, path: Path, frames: Frames) -> None:
-        self.path, self.header, self._frames = path, frames.header, frames
-        self.remarks: list[str] = []
+    def __init__(self, path: Path, *meshes: Frames) -> None:
+        self.path, self._meshes = path, meshes
+        self.header, self._frames = meshes[0].header, meshes[0]
         self._path = path.with_name("frames.usdc")
         self._unsaved = 0
         self._layer: Any = None
         self._stage: Any = None
 
-    def write(self) -> list[str]:
-        """Writes the frames; returns remarks."""
+    def write(self) -> None:
+        """Writes the frames."""
         try:
-            self._begin()
-            for number, frame in enumerate(self._frames):
-                self._append(number, frame)
+            with of_usd("cannot be written", OSError):
+                self._layer = pxr("Sdf").Layer.CreateNew(str(self._path.absolute()))
+                self._stage = pxr("Usd").Stage.Open(self._layer)
+                self._describe_stage()
+            for frames in self._meshes:
+                self.header, self._frames = frames.header, frames
+                self._begin()
+                for number, frame in enumerate(frames):
+                    self._append(number, frame)
             self._finish()
         finally:
             self._close()
         self._path.replace(self.path)
-        return self.remarks
 
     def _begin(self) -> None:
-        sdf, usd, geometry, header = pxr("Sdf"), pxr("Usd"), pxr("UsdGeom"), self.header
+        """Begins a mesh."""
+        sdf, geometry, header = pxr("Sdf"), pxr("UsdGeom"), self.header
         with of_usd("cannot be written", OSError):
-            self._layer = sdf.Layer.CreateNew(str(self._path.absolute()))
-            self._stage = usd.Stage.Open(self._layer)
-            self._describe_stage()
             self._times = self._time_codes(self._stage.GetTimeCodesPerSecond()).tolist()
             mesh = self._make_mesh()
             self._points, self._extent = mesh.CreatePointsAttr(), mesh.CreateExtentAttr()
@@ -178,25 +185,39 @@ def _prim_path(name: str | None) -> str:
 _of_layers = ("subLayers", "subLayerOffsets", "primChildren", "comment", "documentation")
 """What a layer says of itself, not of the stage of which it is the root."""
 
-_derived = ("normals", "primvars:normals", "velocities", "accelerations")
+_derived = ("normals", "primvars:normals", "accelerations")
 """The attributes of a mesh that follow from its points, and are not written."""
 
 
 class _Overlay(_Stage):
-    """A layer that is being written, with the scene of which its mesh is as its sublayer.
+    """A layer that is being written, with the scene of which its meshes are as its sublayer.
 
-    It only has opinions on one mesh: its points, its extent, and what no longer fits, which it
-    blocks.
+    It only has opinions on these meshes: their points, extents and velocities, and what no longer
+    fits, which it blocks. Velocities follow from the points before and after each frame.
     Everything else is that of the stage, whose time codes, units and default prim are repeated, as
     USD takes them from the root layer alone. The sublayer is named relative to the layer, so that
     both files can be moved together.
     """
 
-    def __init__(self, path: Path, frames: Frames, original: UsdFrames) -> None:
-        super().__init__(path, frames)
-        assert original.scene is not None
-        self._scene: UsdScene = original.scene
-        self._original = original.mesh
+    def __init__(self, path: Path, scene: UsdScene, meshes: Mapping[str, Frames]) -> None:
+        super().__init__(path, *meshes.values())
+        self._scene, self._names = scene, iter(meshes)
+        self._instances, self._blocked = dict[str, None](), dict[str, None]()
+        self._velocities: Any = None  # the attribute, if the mesh has one
+        self._recent: list[tuple[float, Floats]] = []  # the last points, at most three
+
+    @property
+    def remarks(self) -> list[str]:
+        """What the user should know of the layer."""
+        results = []
+        if self._instances:
+            results.append(f"no longer instances: {some_of([*self._instances])}")
+        if self._blocked:
+            results.append(
+                f"{some_of([*self._blocked])} of {self._scene.path.name} are blocked, since they "
+                "no longer fit the points, and are not computed anew"
+            )
+        return results
 
     def _describe_stage(self) -> None:
         original = self._scene.stage.GetRootLayer().pseudoRoot
@@ -215,22 +236,44 @@ class _Overlay(_Stage):
         nearest = np.where(codes - before < samples[after] - codes, before, samples[after])
         return np.where(np.isclose(codes, nearest, rtol=1e-9, atol=1e-9), nearest, codes)
 
+    def _begin(self) -> None:
+        self._original = self._scene.meshes[next(self._names)]
+        super()._begin()
+        velocities = self._original.GetVelocitiesAttr()
+        self._velocities, self._recent = None, []
+        if velocities.HasAuthoredValue():
+            self._velocities = self._stage.OverridePrim(self._original.GetPath()).CreateAttribute(
+                "velocities", velocities.GetTypeName(), custom=False
+            )
+
+    def _append(self, number: int, frame: Frame) -> None:
+        super()._append(number, frame)
+        if self._velocities is None:
+            return
+        self._unsaved += frame.points.nbytes
+        points = frame.points.astype(np.float64)
+        self._recent = [*self._recent[-2:], (self._times[number], points)]
+        if number:
+            self._set_velocity(number - 1, self._recent)
+        if number == self.header.n_frames - 1:
+            self._set_velocity(number, self._recent[-2:])
+
+    def _set_velocity(self, number: int, between: list[tuple[float, Floats]]) -> None:
+        """Sets that of a frame, in units per second: the mean between the first and the last."""
+        (begin, first), (end, last) = between[0], between[-1]
+        per_second = self._scene.stage.GetTimeCodesPerSecond() / ((end - begin) or 1)
+        velocity = np.nan_to_num(per_second * (last - first), posinf=0, neginf=0)
+        self._velocities.Set(library_array("Vec3fArray", velocity), self._times[number])
+
     def _make_mesh(self) -> Any:
         stage, path = self._stage, self._original.GetPath()
-        instances = []
         for prim in map(self._scene.stage.GetPrimAtPath, path.GetPrefixes()):
             if prim.IsInstanceable():  # otherwise nothing below it can be changed
                 stage.OverridePrim(prim.GetPath()).SetInstanceable(False)
-                instances.append(str(prim.GetPath()))
+                self._instances[str(prim.GetPath())] = None
             self._block(prim, "extentsHint")
-        if instances:
-            self.remarks.append(f"no longer instances: {some_of(instances)}")
         original = self._original.GetPrim()
-        if derived := self._block(original, *_derived):
-            self.remarks.append(
-                f"{some_of(derived)} of {self._scene.path.name} are blocked, since they no "
-                "longer fit the points, and are not computed anew"
-            )
+        self._blocked |= dict.fromkeys(self._block(original, *_derived))
         stale = [name for name in primvars if name not in self.header.attributes]
         self._block(original, *(f"primvars:{name}" for name in stale))
         return pxr("UsdGeom").Mesh(stage.OverridePrim(path))
@@ -252,24 +295,37 @@ class _Overlay(_Stage):
 def write_usd(path: Path, header: Header, frames: Frames) -> list[str]:  # noqa: ARG001
     """Writes a stage with a mesh alone."""
     texture = () if frames.texture is None else (TEXTURE,)
-    return [*_Stage(path, frames).write(), *not_written(frames, texture)]
+    _Stage(path, frames).write()
+    return not_written(frames, texture)
 
 
 def write_overlay(path: Path, header: Header, frames: Frames) -> list[str]:
     """Writes a layer over the scene of the origin, or the mesh alone if its frames are others."""
-    assert frames.origin is not None
-    scene, name = frames.origin.path, frames.origin.name
-    if not scene.exists():  # of frames in memory
+    meshes = frames.each or {"": frames}
+    origins = [one.origin for one in meshes.values()]
+    assert origins[0] is not None
+    path_of_scene = origins[0].path
+    if not path_of_scene.exists():  # of frames in memory
         reason = "is no longer there"
     else:
-        with naming(scene), UsdFrames(scene, name) as original:
-            refuse_inputs(filter(Path.exists, [destination_of(path)]), original.files)
-            others = _differences(original.header, header)
-            others += [one for one in frames.origin.changed if one not in others]
+        with naming(path_of_scene):
+            scene = UsdScene(path_of_scene)
+            refuse_inputs(filter(Path.exists, [destination_of(path)]), scene.files)
+            others, named = dict[str, None](), dict[str, Frames]()
+            for frames_of_mesh, origin in zip(meshes.values(), origins, strict=True):
+                assert origin is not None
+                original = UsdFrames(scene, origin.name)
+                others |= dict.fromkeys(_differences(original.header, frames_of_mesh.header))
+                others |= dict.fromkeys(origin.changed)
+                named[str(original.mesh.GetPath())] = frames_of_mesh
             if not others:
-                return _Overlay(path, frames, original).write()
+                layer = _Overlay(path, scene, named)
+                layer.write()
+                return layer.remarks
         reason = f"has another {listed(others)}"
-    return [f"is the mesh alone, as {scene.name} {reason}", *write_usd(path, header, frames)]
+    what = "the meshes as one" if frames.each else "the mesh alone"
+    remark = f"is {what}, as {path_of_scene.name} {reason}"
+    return [remark, *write_usd(path, header, frames)]
 
 
 def _differences(one: Header, other: Header) -> list[str]:
@@ -293,7 +349,7 @@ def _are_close(one: float | None, other: float | None) -> bool:
 usd = Format(
     "usd",
     (".usd", ".usdc", ".usda"),
-    UsdFrames,
+    open_usd,
     write_usd,
     frozenset({"known", "provenance", "texture", *STATED}),
     frozenset({"prim", "gaps", "primvar"}),

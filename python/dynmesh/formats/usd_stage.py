@@ -46,7 +46,8 @@ _WORDS = {
 _KNOWN = {"", "GeomSubset", "Material", "Mesh", "NodeGraph", "Scope", "Shader", "Xform"}
 """The types of prims that are no other objects, such as cameras, but are called otherwise."""
 
-_TRIED = "cannot be read as USD"
+TRIED = "cannot be read as USD"
+"""What errors of the library say was tried."""
 
 _numbers = itertools.count()
 
@@ -59,13 +60,14 @@ class UsdScene:
     Attributes:
         path: of the file.
         stage: the composed stage.
+        meshes: by their paths.
         moves: the paths of the meshes, and whether the points of each change.
     """
 
     def __init__(self, path: Path) -> None:
         path.open("rb").close()  # gives the error message of the system
         usd, geometry = pxr("Usd"), pxr("UsdGeom")
-        with of_usd(_TRIED):
+        with of_usd(TRIED):
             # In a process, all users of a path share one layer, even if the file has been replaced
             # since it was opened. A file format argument that is unique to this reader makes it a
             # separate layer.
@@ -74,14 +76,14 @@ class UsdScene:
             if layer is None:
                 raise InputError("is damaged or not a USD file")
             self.stage = usd.Stage.Open(layer)
-        with of_usd(_TRIED):
+        with of_usd(TRIED):
             prims = usd.PrimRange.Stage(self.stage, usd.TraverseInstanceProxies())
-            self._meshes = {
+            self.meshes = {
                 str(p.GetPath()): geometry.Mesh(p) for p in prims if p.IsA(geometry.Mesh)
             }
             self.moves: dict[str, bool] = {
                 name: mesh.GetPointsAttr().ValueMightBeTimeVarying()
-                for name, mesh in self._meshes.items()
+                for name, mesh in self.meshes.items()
             }
         self.path = path
 
@@ -96,12 +98,22 @@ class UsdScene:
     def mesh(self, prim: str | None) -> Any:
         """Returns the mesh at this path, or see :func:`choose_mesh`; refuses incomplete stages."""
         errors = self.stage.GetCompositionErrors()
-        if self._meshes or not errors:
-            mesh = self._meshes[choose_mesh(self.moves, prim)]
+        if self.meshes or not errors:
+            mesh = self.meshes[choose_mesh(self.moves, prim)]
             errors = [error for error in errors if mesh.GetPath().HasPrefix(error.rootSite.path)]
         if errors:
             raise InputError(f"is incomplete: {' '.join(str(errors[0]).split())}")
         return mesh
+
+    def has_points(self, name: str) -> bool:
+        """Whether a mesh has any."""
+        points = self.meshes[name].GetPointsAttr()
+        return any(points.Get(time) for time in points.GetTimeSamples()) or bool(points.Get())
+
+    def has_primvar(self, name: str, primvar: str) -> bool:
+        """Whether a mesh that may be there has a primvar."""
+        api = pxr("UsdGeom").PrimvarsAPI
+        return name in self.meshes and api(self.meshes[name]).GetPrimvar(primvar).HasAuthoredValue()
 
     def held_beside(self, mesh: Any) -> set[str]:
         """What the stage holds around a mesh that is not read, in words."""
@@ -138,24 +150,28 @@ class UsdFrames(FileFrames):
     """
 
     def __init__(
-        self, path: Path, prim: str | None, gaps: Gaps = "refuse", primvar: str | None = None
+        self,
+        scene: UsdScene,
+        prim: str | None,
+        gaps: Gaps = "refuse",
+        primvar: str | None = None,
     ) -> None:
-        self.scene: UsdScene | None = UsdScene(path)
-        with of_usd(_TRIED):
-            self.mesh = self.scene.mesh(prim)
+        self._scene: UsdScene | None = scene  # whose prims expire with it
+        with of_usd(TRIED):
+            self.mesh = scene.mesh(prim)
             self._points = self.mesh.GetPointsAttr()
-            self._times = frame_times(self._points)
+            self.time_codes = frame_times(self._points)
             self._primvars = primvars_of(self.mesh, primvar)
-            self._hidden = hidden_times(self.mesh, self._times)
-            header, origin = self._described(path, self.scene)
-            super().__init__(path, header, self.scene.files, origin=origin)
+            self._hidden = hidden_times(self.mesh, self.time_codes)
+            header, origin = self._described(scene)
+            super().__init__(scene.path, header, scene.files, origin=origin)
             if gaps == "lost":
-                each = enumerate(map(self._frame_at, self._times))
+                each = enumerate(map(self._frame_at, self.time_codes))
                 self.lost = frozenset(number for number, frame in each if isinstance(frame, str))
 
-    def _described(self, path: Path, scene: UsdScene) -> tuple[Header, Origin | None]:
+    def _described(self, scene: UsdScene) -> tuple[Header, Origin | None]:
         stage = scene.stage
-        first = next(filter(None, map(self._points.Get, self._times)), None)
+        first = next(filter(None, map(self._points.Get, self.time_codes)), None)
         if first is None:
             raise InputError("the mesh has no points")
         faces, polygons = split_polygons(faces_of(self.mesh))
@@ -164,7 +180,7 @@ class UsdFrames(FileFrames):
             for name in ("upAxis", "metersPerUnit")
         )
         up_axis, metres_per_unit, unknown = of_points(
-            up_axis and up_axis.lower(), metres_per_unit, to_scene(self.mesh, self._times)
+            up_axis and up_axis.lower(), metres_per_unit, to_scene(self.mesh, self.time_codes)
         )
         name, k = str(self.mesh.GetPath()), len(first)
         bars = self._primvars.get("standard_error")
@@ -172,19 +188,19 @@ class UsdFrames(FileFrames):
         scheme = self.mesh.GetSubdivisionSchemeAttr()
         header = Header(
             faces=faces,
-            n_frames=len(self._times),
+            n_frames=len(self.time_codes),
             n_vertices=k,
             dtype=np.dtype(np.float32),
             polygons=polygons,
             up_axis=up_axis,
             name=name,
             metres_per_unit=metres_per_unit,
-            **timing(stage, self._times)._asdict(),
+            **timing(stage, self.time_codes)._asdict(),
             attributes=self._primvars,
             standard_error_of="position" if errors is None else errors,
         )
         return header, Origin.of(
-            path,
+            scene.path,
             header,
             scene.held_beside(self.mesh),
             name=name,
@@ -196,10 +212,10 @@ class UsdFrames(FileFrames):
 
     def _frames(self, numbers: Indices) -> Iterator[Frame]:
         for number in numbers:
-            time = self._times[number]
+            time = self.time_codes[number]
             frame: Frame | str = self._lost_frame()
             if number not in self.lost:
-                with of_usd(f"time {time:g}: {_TRIED}"):
+                with of_usd(f"time {time:g}: {TRIED}"):
                     frame = self._frame_at(time)
             if isinstance(frame, str):
                 advice = "with `gaps` lost, nothing was observed in such frames"
@@ -218,5 +234,5 @@ class UsdFrames(FileFrames):
 
     def _close(self) -> None:
         """Releases the stage."""
-        self.scene = self.mesh = self._points = None
+        self._scene = self.mesh = self._points = None
         self._primvars = {}

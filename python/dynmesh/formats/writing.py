@@ -17,7 +17,7 @@ from .._checks import check_flags, path_of
 from .._errors import InputError, KindError, locating, naming
 from .._report import OutputReport, Report, counted, listed
 from ..frame import Frame, Frames, check_any, checked
-from ..header import ATTRIBUTES, TEXTURE, Header, Origin
+from ..header import ATTRIBUTES, TEXTURE, Header
 from ..polygons import Faces
 from ..sequence import InMemory, as_sequence
 from .format import STATED, Format, not_written
@@ -96,7 +96,7 @@ def write(
     with naming(output):
         place = Place(output, header, chosen, overwrite, kept)
         place.check(frames)
-    save = chosen.overlay if _is_layer(chosen, output, frames.origin) else chosen.write
+    save = chosen.overlay if _is_layer(chosen, output, frames) else chosen.write
     assert save is not None
     with (
         naming(output),
@@ -105,11 +105,11 @@ def write(
     ):
         check_space(folder, bytes_of(header))
         place.refuse_existing()  # those that a killed process had put aside are back
-        with _Prepared(frames, header, chosen, output) as prepared:
+        with _Prepared(frames, header, chosen, output, provenance) as prepared:
             remarks = save(folder / place.name, header, prepared)
             if remarks is None:
                 remarks = not_written(frames, _texture(chosen, frames))
-            for _ in prepared:
+            for _ in () if prepared.each and save is chosen.overlay else prepared:
                 raise InputError(f"format {chosen.name} has not written all of the frames")
         place.refuse_existing()
         removed = place.fill(folder)
@@ -131,8 +131,9 @@ def write(
     )
 
 
-def _is_layer(chosen: Format, output: Path, origin: Origin | None) -> bool:
+def _is_layer(chosen: Format, output: Path, frames: Frames) -> bool:
     """Whether a file is written that lies over the scene of which the frames are."""
+    origin = next((one.origin for one in frames.each.values()), frames.origin)
     if origin is None or chosen.meshes is None:
         return False
     if output.exists() and origin.path.exists() and identity(output) == identity(origin.path):
@@ -190,7 +191,18 @@ def _held(
 class _Prepared(Frames):
     """Frames as a format holds them; the errors are those of :func:`checked`."""
 
-    def __init__(self, frames: Frames, header: Header, chosen: Format, path: Path) -> None:
+    def __init__(
+        self,
+        frames: Frames,
+        header: Header,
+        chosen: Format,
+        path: Path,
+        provenance: bool | None = None,
+    ) -> None:
+        self.each = {
+            name: _Prepared(one, _held(chosen, path, one, provenance)[0], chosen, path)
+            for name, one in frames.each.items()
+        }
         self.header, self.faces, self.fps = header, header.faces, header.fps
         self.path, self.files, self.origin = frames.path, frames.files, frames.origin
         self._each = _prepared(frames, header, chosen, path)

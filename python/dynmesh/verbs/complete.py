@@ -3,21 +3,24 @@
 import contextlib
 from collections.abc import Generator, Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, Literal
 
 import numpy as np
 
 from .._arrays import Mask
 from .._checks import check_flags
-from .._errors import naming
+from .._errors import InputError, naming
 from .._options import Input, Method
 from .._report import Report, counted, percent
 from ..completer import Completer
+from ..completion.meshes import CompletedMeshes
 from ..completion.passes import SequenceSettings, Tally, completed_frames, verdict, with_implied
 from ..completion.start import Start, StartFrame, check_start, open_with_template, start_in
 from ..completion.training import Training, TrainingFrames
 from ..formats import OneSequence
 from ..formats.times import index_of
+from ..formats.usd_meshes import UsdMeshes
 from ..frame import Frame, Frames
 from ..polygons import Faces
 from ..run import Run
@@ -126,14 +129,15 @@ def complete(
     uncertainty: Method[bool] = False,
     drop_above: Method[float | None] = None,
     progress: bool | None = None,
-) -> Run[CompletionReport] | Any:
+) -> Run[Any] | Any:
     """Completes a sequence, from a whole frame backwards and forwards.
 
     No frame need be whole: if none is, completion starts at the one with most vertices. Vertices
     that it lacks are put together from the other frames, and the result is doubtful if that is
     probably wrong. It is probably ruined if many edges become four times as long or as short. A USD
-    file completed into another one becomes a layer over it, which keeps everything else. The output
-    appears under its name when it is complete.
+    file completed into another one becomes a layer over it, which keeps everything else; of several
+    meshes, each has a completer of its own, and those of which nothing is missing stay as they are.
+    The output appears under its name when it is complete.
 
     Args:
         sequence: the incomplete sequence: a file, frames, a sequence in memory, positions (n, k, 3)
@@ -185,6 +189,14 @@ def complete(
     Completer([[0, 1, 2]], np.eye(3), **settings)  # which refuses settings before any work is done
     with contextlib.ExitStack() as stack:
         source, first = stack.enter_context(open_with_template(sequence, template, faces))
+        if isinstance(source, UsdMeshes):
+            for name, value in (("template", template), ("training", training)):
+                if value is not None:
+                    message = "is of one mesh, but there are several; choose one by `prim`"
+                    raise InputError(message, argument=name)
+            settings_of_each: Any = {**given, "start": start, "progress": progress}
+            one = partial(complete, **settings_of_each)
+            return CompletedMeshes(source, one, stack.pop_all().close)
         if isinstance(start, int | np.integer):
             with naming(source.path):
                 index_of(source.header, start, "start")

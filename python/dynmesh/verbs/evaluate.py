@@ -1,6 +1,7 @@
 """The error of a whole completed sequence."""
 
 import contextlib
+from collections.abc import Iterable
 
 import numpy as np
 
@@ -23,7 +24,7 @@ def evaluate(
     frames: Input[slice | range | None] = None,
     only: Input[Only] = "all",
     input: Input[OneSequence | None] = None,
-    prim: Input[str | None] = None,
+    prim: Input[str | Iterable[str] | None] = None,
     progress: bool | None = None,
 ) -> Evaluation:
     """Measures the error of a completed sequence, frame by frame.
@@ -45,7 +46,8 @@ def evaluate(
             they are those that are not finite or at exactly (0, 0, 0).
         faces: of positions alone; or a mesh file that provides the faces of those of the files that
             hold none.
-        prim: the path of the mesh in those of the files that hold several (USD, Alembic).
+        prim: the path of the mesh in those of the files that hold several (USD, Alembic), or of
+            several, or "all".
         progress: whether to show on standard error how far it is.
 
     Raises:

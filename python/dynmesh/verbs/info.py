@@ -1,16 +1,20 @@
 """What a sequence is, and what is wrong with it."""
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import closing
 from dataclasses import dataclass
 from textwrap import wrap
 from typing import Any
 
+import numpy as np
+
 from .. import formats
+from .._errors import InputError
 from .._options import Input, Output
-from .._report import Quality, Report, some_of
+from .._report import Quality, Report, aligned, as_json, percent, some_of
 from ..advice.diagnosis import Diagnosis, diagnose
-from ..formats import OneSequence, Source
+from ..formats import OneSequence, PathLike, Source
 from ..formats.times import spacing
 from ..frame import Frames
 from ..polygons import Faces
@@ -20,30 +24,63 @@ _MOST_NAMES = 5
 _ERRORS_OF = {"position": "of coordinates", "surface": "of distances from the surface"}
 
 
+@dataclass(frozen=True, kw_only=True)
+class MeshRow:
+    """A mesh among several.
+
+    Attributes:
+        moves: whether its points change.
+        frames: number of frames; 0 if they could not be read, like all that follows.
+        first: number of the first frame.
+        last: number of the last frame.
+        vertices: number of vertices.
+        missing: the share of them that are missing, over all frames.
+        metres_per_unit: the unit of length of its points, or None if that is unknown.
+    """
+
+    moves: bool
+    frames: int = 0
+    first: float = 0
+    last: float = 0
+    vertices: int = 0
+    missing: float = 0.0
+    metres_per_unit: float | None = None
+
+    def cells(self) -> list[str]:
+        """The row of a table, of which _COLUMNS are the headings."""
+        if not self.frames:
+            return ["moves" if self.moves else "does not move"]
+        span = f"{self.first:g} to {self.last:g}" if self.moves else "does not move"
+        missing = percent(self.missing) if self.missing else "nothing"
+        unit = "unknown" if self.metres_per_unit is None else f"{self.metres_per_unit:g} m"
+        return [span, str(self.vertices), missing, unit]
+
+
+_COLUMNS = ["mesh", "frames", "vertices", "missing", "unit"]
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class InfoReport(Report):
     """What :func:`info` has found.
 
     Attributes:
         format: the name of the format; "memory" of frames that are no file.
-        meshes: the paths of the meshes of a file with several, and whether each moves.
+        meshes: those of a file with several, by their paths.
         files: which files of a folder or a pattern are frames.
         not_read: the other files and folders in a folder.
         diagnosis: of the mesh; None if none was chosen.
     """
 
     format: str
-    meshes: Mapping[str, bool]
+    meshes: Mapping[str, MeshRow]
     files: str = ""
     not_read: tuple[str, ...] = ()
     diagnosis: Diagnosis | None = None
 
     def lines(self) -> list[str]:
         """Describes the sequence, and lists the findings with advice."""
-        messages = [
-            f"{mesh}  {'moves' if moves else 'does not move'}"
-            for mesh, moves in self.meshes.items()
-        ]
+        table = [_COLUMNS, *([name, *row.cells()] for name, row in self.meshes.items())]
+        messages = aligned(table) if self.meshes else []
         if self.diagnosis is None:
             return [*messages, *super().lines()]
         rows = [("format", self.format), *_rows(self.diagnosis)]
@@ -63,7 +100,7 @@ class InfoReport(Report):
 
     def to_dict(self) -> dict[str, Any]:
         """Returns the diagnosis and the meshes as values that JSON has."""
-        meshes = {"meshes": dict(self.meshes)} if self.meshes else {}
+        meshes = {"meshes": as_json(self.meshes)} if self.meshes else {}
         if self.diagnosis is None:
             return meshes
         values = self.diagnosis.as_dict() | meshes
@@ -84,8 +121,8 @@ def info(
 
     An error prevents completion. A warning means that the result will be less accurate or that the
     data is probably faulty. docs/diagnosis.md explains all of them. Of a file with several meshes
-    (USD, Alembic), it lists these and describes the one that moves; if there are several such,
-    `prim` chooses one.
+    (USD, Alembic), it lists these, with their frames, holes and units, and describes the one that
+    moves; if there are several such, `prim` chooses one.
 
     Args:
         sequence: a file, a folder, a pattern such as 'scans/*.ply', or frames.
@@ -95,14 +132,19 @@ def info(
         progress: whether to show on standard error how far it is.
     """
     source = source or {}
-    name, meshes = "memory", dict[str, bool]()
+    name, moves, prim = "memory", dict[str, bool](), source.get("prim")
+    if not isinstance(prim, str | None):
+        prim = next(iter(names)) if len(names := [*prim]) == 1 else names
     if isinstance(sequence, str | os.PathLike):
         name = formats.format_of(sequence, source.get("format")).name
-        meshes = dict(formats.meshes_of(sequence, source.get("format")))
-    several = meshes if len(meshes) > 1 and source.get("prim") is None else {}
-    if several and sum(several.values()) != 1 and not strict:
-        message = ("`prim` describes one of them, by its path",)
-        return InfoReport(format=name, meshes=several, remarks=message)
+        moves = dict(formats.meshes_of(sequence, source.get("format")))
+    several, problem = dict[str, MeshRow](), tuple[str, ...]()
+    is_one = isinstance(prim, str) and prim != "all"
+    if isinstance(sequence, str | os.PathLike) and len(moves) > 1 and not is_one:
+        several, problem = _meshes(sequence, moves, prim or "all", source)
+        if prim is not None or (sum(moves.values()) != 1 and not strict):
+            message = "`prim` describes one of them, by its path"
+            return InfoReport(format=name, meshes=several, remarks=(*problem, message))
     with formats.opened(sequence, shared={"faces": faces}, **source) as reader:
         diagnosis = diagnose(reader, progress=progress)
         files, others = _files_of(reader)
@@ -115,7 +157,45 @@ def info(
         files=files,
         not_read=others,
         diagnosis=diagnosis,
-        remarks=remarks,
+        remarks=(*problem, *remarks),
+    )
+
+
+def _meshes(
+    path: PathLike, moves: Mapping[str, bool], prim: str | Iterable[str], source: Source
+) -> tuple[dict[str, MeshRow], tuple[str, ...]]:
+    """Describes several meshes, or says why one of them cannot be read."""
+    names = [*moves] if prim in ("all", ["all"]) else [*prim]
+    rows = {name: MeshRow(moves=moves.get(name, False)) for name in names}
+    how: Source = {**source}
+    is_usd = "primvar" in formats.format_of(path, source.get("format")).takes
+    if is_usd:
+        how["gaps"] = "lost"
+    try:
+        for one_or_more in [prim] if is_usd else names:
+            how["prim"] = one_or_more
+            with formats.open(path, **how) as frames:
+                for name, one in (frames.each or {str(frames.header.name): frames}).items():
+                    rows[name] = _row_of(one, moves[name])
+    except InputError as error:
+        if error.argument == "prim":
+            raise
+        return rows, (str(error),)
+    return rows, ()
+
+
+def _row_of(frames: Frames, moves: bool) -> MeshRow:
+    header = frames.header
+    with closing(frames.frames()) as every:
+        missing = float(np.mean([1 - frame.present.mean() for frame in every]))
+    return MeshRow(
+        moves=moves,
+        frames=header.n_frames,
+        first=header.number(0),
+        last=header.number(header.n_frames - 1),
+        vertices=header.n_vertices,
+        missing=missing,
+        metres_per_unit=header.metres_per_unit,
     )
 
 

@@ -43,7 +43,7 @@ def picture(
         reference: the true sequence; colours then show the error.
         source: how to read the sequence; faces and the mesh are those of the reference, too.
         colour: what colours show, as in a page: "error", "generation", "age", "standard_error",
-            "known" or "plain".
+            "known", "mesh", which names several meshes, or "plain".
         title: the heading; else, the name of the file.
         up: the up axis; else, as a file states it, or a guess.
         azimuth: the viewing angle around the up axis, in degrees.

@@ -67,8 +67,8 @@ def view(
         source: how to read `input` if it is given, else the sequence; faces and the mesh are those
             of every file that needs them.
         colour: what colours show at first: "error", "generation", "age", "standard_error", "known",
-            "distance", from the nearest point of the scans, or "plain"; else, the first of them
-            that there is.
+            "mesh", which names several meshes, "distance", from the nearest point of the scans, or
+            "plain"; else, the first of them that there is.
         title: the heading; else, the name of the file.
         up: the up axis; else, as a file states it, or a guess.
         azimuth: the viewing angle around the up axis, in degrees.

@@ -106,3 +106,21 @@ def stage_of(path: Path) -> Any:
     stage = Usd.Stage.Open(str(path))
     assert stage.GetCompositionErrors() == []
     return stage
+
+
+def values_of(stage: Any) -> dict[str, Any]:
+    """Everything that the stage says, by the path of the prim, the property or the metadata."""
+    found: dict[str, Any] = {}
+    for prim in Usd.PrimRange.Stage(stage, Usd.TraverseInstanceProxies(Usd.PrimAllPrimsPredicate)):
+        found[str(prim.GetPath())] = (prim.GetTypeName(), prim.GetAppliedSchemas())
+        for attribute in prim.GetAuthoredAttributes():
+            samples = attribute.GetTimeSamples()
+            found[str(attribute.GetPath())] = (
+                [str(attribute.Get(time)) for time in samples or [Usd.TimeCode.Default()]],
+                samples,
+                attribute.GetAllMetadata(),
+                attribute.GetConnections(),
+            )
+        for relation in prim.GetAuthoredRelationships():
+            found[str(relation.GetPath())] = relation.GetTargets()
+    return found

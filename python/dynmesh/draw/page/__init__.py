@@ -13,7 +13,7 @@ from ..._checks import path_of
 from ..._errors import InputError, locating
 from ..._extras import require_all
 from ..._progress import tracked
-from ..._report import Report
+from ..._report import Report, some_of
 from ...formats import PathLike
 from ...formats.times import mean_rate
 from ...frame import Frames, frame_at
@@ -21,7 +21,7 @@ from ...geometry import likely_up
 from ...scans import ScanReader, unit_of_scans
 from ..figures import View
 from ..heatmap import Heatmap, ShownFrame, stated_up
-from ..quantities import Colour
+from ..quantities import Colour, short_names
 from .player import player
 from .simplify import thin
 from .verdicts import shown_verdicts
@@ -152,9 +152,12 @@ def page(
         captions = {**captions, "reference": _caption(reference.path.name, "the reference")}
     said = up or stated_up(reader, reference, input)
     up = said or likely_up(first_points, None)
+    guess = () if said else (f"assuming that {up} is up, as no file states it",)
+    names = some_of(short_names([*reader.each]))
+    notes = [names] * bool(names) + [f"shown: {shown}"] * bool(str(shown)) + [*guess]
     content = {
         "title": title or reader.path.name,
-        "note": f"shown: {shown}" if str(shown) else "",  # above the panes, as the title
+        "note": "; ".join(notes),  # above the panes, as the title
         "numbers": [reader.header.number(index) for index in indices],
         "first": _most_telling(frames),  # the index of that which is shown first
         "plays": reference is None,  # at once, from there
@@ -167,7 +170,6 @@ def page(
     scales = {name: heatmap.scale(name, frames) for name in heatmap.colours}
     view = View.of(_corners(frames), up, azimuth)
     html = player(faces, frames, scales, view, captions, content)
-    guess = () if said else (f"assuming that {up} is up, as no file states it",)
     return Page(html=html, shown=shown, remarks=guess)
 
 
