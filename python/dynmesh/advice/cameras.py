@@ -25,7 +25,7 @@ from ..completion.start import template_of
 from ..formats import PathLike
 from ..scans import DepthScan, Rig, ScanCamera, open_scans, write_cameras
 from ..scans.other_cameras import OPENGL
-from ..scans.reader import DepthReader
+from ..scans.reader import DepthReader, ScanSource
 from ..tracking.background import Background
 from ..tracking.surface import Surface, subject_of, without_jumps
 from ..tracking.units import units_of
@@ -322,6 +322,7 @@ class RigReport(Report):
 def judge_rig(
     path: Path,
     rig: Rig | None,
+    reading: ScanSource,
     template: PathLike | None,
     scan_unit: float | str | None,
     template_unit: float | str | None,
@@ -330,9 +331,11 @@ def judge_rig(
 ) -> RigReport:
     """Judges cameras by some scans, without the room.
 
-    `show` is called with the number of readings that were tried and of all.
+    `reading` is how scans are read; `show` is called with the number of readings of the cameras
+    that were tried and of all.
     """
-    reader = open_scans(path, cameras=rig, gaps="lost")
+    of_rig: ScanSource = {**reading, "cameras": rig}
+    reader = open_scans(path, **of_rig)
     if rig is None or not isinstance(reader, DepthReader):
         raise InputError(
             "holds point clouds; of cameras, only those of depth images can be judged", file=path
@@ -348,7 +351,8 @@ def judge_rig(
 
     def read(meant: Rig) -> Iterator[DepthScan]:
         """What cameras leave of the scans, in the unit of the template."""
-        opened = open_scans(path, cameras=meant, gaps="lost")
+        of_meant: ScanSource = {**reading, "cameras": meant}
+        opened = open_scans(path, **of_meant)
         for count, number in enumerate(numbers):
             (scan,) = opened.frames(number, number + 1)
             if isinstance(scan, DepthScan):
@@ -366,17 +370,17 @@ def judge_rig(
     if stated.is_good:
         return judged
     tried = []
-    for done, (reading, change) in enumerate(READINGS.items()):
+    for done, (said, change) in enumerate(READINGS.items()):
         show(done, len(READINGS))
         meant = replace(rig, cameras=tuple(map(change, rig.cameras)))
         # Some readings are refused, as mirrored images with a distortion are.
         with contextlib.suppress(InputError):
             fit = fit_of([*read(meant)], names, surface, moves=rig.moves)
-            tried.append((fit, reading, meant))
+            tried.append((fit, said, meant))
     better = [one for one in tried if one[0].is_better_than(stated)]
     if better:
-        fit, reading, meant = min(better, key=lambda one: sum(one[0].measures))
-        return replace(judged, quality="doubtful", rig=meant, wrong=reading, meant=fit)
+        fit, said, meant = min(better, key=lambda one: sum(one[0].measures))
+        return replace(judged, quality="doubtful", rig=meant, wrong=said, meant=fit)
     return replace(judged, quality="good" if len(names) == 1 else "doubtful", rig=None)
 
 

@@ -18,7 +18,7 @@ from .._checks import path_of
 from .._errors import InputError
 from .._report import DoubtfulWarning
 from ..frame import Frames
-from ..scans import ScanRun
+from ..scans import ScanRun, ScanSource, open_scans
 from ..verbs.convert import convert_clouds
 from .beside import BESIDE, checked, filled, overwrite
 from .options import (
@@ -54,6 +54,12 @@ class Command:
         every = [option for option in own if option.parameter.name != "source"]
         if self._reads:  # the faces are those of the file
             every = [option for option in own[1:] if option.parameter.name != "faces"]
+        takes_scans = any(
+            p.kind is p.VAR_KEYWORD for p in inspect.signature(verb).parameters.values()
+        )
+        if takes_scans:
+            of_scans = ScanSource.__annotations__
+            every += [o for o in options_of(open_scans) if o.parameter.name in of_scans]
         if self._reads or takes_source:
             every += [o for o in options_of(formats.open) if o.names or self._reads]
         if self._writes:
@@ -110,7 +116,7 @@ class Command:
                 if key in values and option.function in functions
             }
 
-        own, opening, writing = of(self._verb), of(formats.open), of(formats.write)
+        own, opening, writing = of(self._verb, open_scans), of(formats.open), of(formats.write)
         asked, replaces = of(filled), bool(values.get("overwrite"))
         wanted = checked(self.__name__, asked, replaces)
         if not self._writes:

@@ -80,6 +80,8 @@ def options_of(function: Callable[..., Any]) -> Iterator[Option]:
     helps = _arguments_in(function.__doc__ or "")
     usual = {formats.open: "input", formats.write: "output"}.get(function, "input")
     for parameter in inspect.signature(function).parameters.values():
+        if parameter.kind is parameter.VAR_KEYWORD:  # the options of another function
+            continue
         name, heading, names = parameter.name, usual, tuple[str, ...]()
         if parameter.kind == parameter.KEYWORD_ONLY or parameter.default is not parameter.empty:
             names = names_of(function.__name__, name)

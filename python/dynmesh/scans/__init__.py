@@ -3,7 +3,7 @@
 from ..scan import DepthScan, PointScan, Scan
 from .cameras import Rig, ScanCamera, read_cameras, write_cameras
 from .point_files import read_points, write_ply
-from .reader import ScanReader, open_scans, unit_of_scans
+from .reader import ScanReader, ScanSource, open_scans, unit_of_scans
 from .writer import ScanRun, scan_folder
 
 __all__ = [
@@ -14,6 +14,7 @@ __all__ = [
     "ScanCamera",
     "ScanReader",
     "ScanRun",
+    "ScanSource",
     "open_scans",
     "read_cameras",
     "read_points",

@@ -5,7 +5,7 @@ docs/reference/scans.md says what its fields mean.
 
 import json
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -24,14 +24,19 @@ from .._checks import (
 from .._errors import InputError, naming, within
 from ..formats.names import Number
 from ..formats.units import UNITS, metres_of
-from .matrices import intrinsics_of, pose_of
-from .other_cameras import as_cameras, poses_in
-
-_WITHIN = 0.02
-"""Seconds between the time of an image and that of its pose, as TUM's own programs allow."""
+from .matrices import intrinsics_of, inverted, pose_of, pose_or_lost
+from .other_cameras import as_cameras
+from .trajectories import Direction, Trajectory, between, is_lost, poses_beside, poses_in, within_of
 
 _COEFFICIENTS = (4, 5, 8, 12, 14)
 """How many of them OpenCV knows: k1 k2 p1 p2, then k3, then k4 k5 k6, and so on."""
+
+
+_NOT_NEEDED = "with `gaps` lost, it is not needed"
+
+
+class LostPoseError(InputError):
+    """A camera has no pose in a frame."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,15 +44,18 @@ class ScanCamera:
     """A camera of a rig.
 
     Attributes:
-        name: letters, digits, points and hyphens; the end of the names of its images.
+        name: letters, digits, points, hyphens and underscores; the end of the names of its images,
+            or of a folder in which they are.
         camera_to_world: (4, 4) its pose; (n, 4, 4) if it moves.
         intrinsics: (3, 3), or None if the camera only tells from where points were seen; (n, 3, 3)
             if it moves.
-        depth_scale: the depth of one count of its images; None without intrinsics.
+        depth_scale: the depth of one count of its images; None if they hold metres.
         size: width and height of its images, or None if they are not stated.
         distortion: the coefficients of its lens, in the order of OpenCV; empty if it has none.
-        frames: the ascending numbers of the frames of n poses; empty if it stands still.
-        within: by how much the number of a frame may differ from that of its pose.
+        frames: the ascending numbers of the frames of n poses; empty if it stands still. A pose of
+            NaN was lost.
+        within: by how much the number of a frame may differ from that of the nearest pose. Between
+            two poses, the camera moves evenly.
         flipped: the axes along which the pixels of its images are in reverse order: "x", if left
             and right are exchanged, "y", "xy" or "".
         along_ray: whether its images hold distances from the camera itself, along the rays of the
@@ -69,16 +77,23 @@ class ScanCamera:
         """Returns the camera as it stands in the frame with this number."""
         if not self.frames:
             return self
-        away = np.abs(np.array(self.frames) - number)
-        nearest = int(away.argmin())
-        if away[nearest] > self.within:
-            raise InputError(
-                f"has no pose of camera {self.name!r} for frame {number:.16g}; the nearest is that "
-                f"of {self.frames[nearest]:.16g}"
+        nearest = self._nearest(number)
+        told = f"pose of camera {self.name!r} for frame {number:.16g}"
+        if abs(self.frames[nearest] - number) > self.within:
+            raise LostPoseError(
+                f"has no {told}; the nearest is that of {self.frames[nearest]:.16g}; {_NOT_NEEDED}"
             )
+        if is_lost(pose := between(self.frames, self.camera_to_world, number, nearest)):
+            raise LostPoseError(f"has no finite {told}; {_NOT_NEEDED}")
         intrinsics = None if self.intrinsics is None else self.intrinsics[nearest]
-        pose = self.camera_to_world[nearest]
         return replace(self, camera_to_world=pose, intrinsics=intrinsics, frames=())
+
+    def distance(self, number: Number) -> float:
+        """Returns how far the number of a frame is from that of the nearest pose."""
+        return abs(self.frames[self._nearest(number)] - number) if self.frames else 0.0
+
+    def _nearest(self, number: Number) -> int:
+        return int(np.abs(np.array(self.frames) - number).argmin())
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,17 +121,25 @@ class Rig:
         return np.array(poses)[:, :3, 3]
 
 
-def read_cameras(path: Path) -> Rig:
-    """Reads `cameras.json`, a `transforms.json` of nerfstudio, or a trajectory as those of TUM."""
+def read_cameras(path: Path, poses: Direction | None = None, scans: Path | None = None) -> Rig:
+    """Reads `cameras.json`, a `transforms.json` of nerfstudio, or a trajectory.
+
+    Args:
+        path: the file, or a folder with one pose a file.
+        poses: where poses lead; None if as the kind of the file has it.
+        scans: a folder in which one pose a file is sought, beside that of the file.
+    """
     with naming(path):
-        is_json = path.suffix == ".json" or path.read_bytes().lstrip().startswith((b"{", b"["))
-        if not is_json:
-            moving = {"name": "camera", "poses": poses_in(path), "within": _WITHIN}
-            return _rig_of({"cameras": [moving]}, path)
-        described = json_in(path)
+        is_json = path.suffix == ".json" or (
+            path.is_file() and path.read_bytes().lstrip().startswith((b"{", b"["))
+        )
+        described: Any = {"cameras": [{"name": "camera", "poses": path.name}]}
+        if is_json:
+            described = json_in(path)
         if isinstance(described, dict) and "frames" in described:
             described = as_cameras(described, path.parent)
-        return _rig_of(described, path)
+        folders = [one for one in (scans, path.parent) if one is not None]
+        return _rig_of(described, path, partial(_camera_of, folders=folders, direction=poses))
 
 
 def json_in(path: Path) -> Any:
@@ -155,12 +178,12 @@ def _matrices(camera: ScanCamera) -> dict[str, Floats]:
     return pose if camera.intrinsics is None else {**pose, "intrinsics": camera.intrinsics}
 
 
-def _rig_of(described: Any, file: Path) -> Rig:
+def _rig_of(described: Any, file: Path, camera_of: Callable[[Any], ScanCamera]) -> Rig:
     fields = _fields(described, {"cameras": _list, "unit": _as_given}, "cameras")
     cameras: dict[str, ScanCamera] = {}
     for number, entry in enumerate(fields["cameras"]):
         with within(f"camera {number}"):
-            camera = _camera_of(entry, file.parent)
+            camera = camera_of(entry)
             if camera.name in cameras:
                 raise InputError(f"name: there is a second {camera.name!r}")
         cameras[camera.name] = camera
@@ -168,9 +191,13 @@ def _rig_of(described: Any, file: Path) -> Rig:
     return Rig(tuple(cameras.values()), None if unit is None else metres_of(unit), file)
 
 
-def _camera_of(described: Any, folder: Path) -> ScanCamera:
+def _camera_of(
+    described: Any, *, folders: Sequence[Path], direction: Direction | None
+) -> ScanCamera:
     fields = _fields(described, _CAMERA, "name")
     poses = fields.pop("poses", None)
+    if poses is None and "camera_to_world" not in fields:
+        poses = poses_beside(folders, fields["name"])
     if (poses is None) == ("camera_to_world" not in fields):
         raise InputError("camera_to_world: is needed or, if the camera moves, poses")
     size = fields.pop("width", None), fields.pop("height", None)
@@ -179,14 +206,17 @@ def _camera_of(described: Any, folder: Path) -> ScanCamera:
     if size[0] is not None:
         fields["size"] = size
     if poses is not None:
-        fields |= _moving(poses, fields.get("intrinsics"), folder)
+        moving = _moving(poses, fields.get("intrinsics"), folders[-1])
+        listed = moving.pop("direction", None)
+        direction = direction or listed
+        fields = {**moving, **fields, "intrinsics": moving["intrinsics"]}
+    if direction == "world-to-camera":
+        fields["camera_to_world"] = inverted(fields["camera_to_world"])
     intrinsics = fields.get("intrinsics")
     if intrinsics is None:
         for field in ("depth_scale", "distortion", "flipped", "along_ray"):
             if field in fields:
                 raise InputError(f"intrinsics: is missing, but there is a {field}")
-    elif "depth_scale" not in fields:
-        raise InputError("depth_scale: is missing; it is the depth of one count of the images")
     elif fields.get("distortion"):
         if "size" not in fields:
             raise InputError("width: is missing; a distortion needs width and height")
@@ -194,16 +224,19 @@ def _camera_of(described: Any, folder: Path) -> ScanCamera:
             raise InputError("intrinsics: with a distortion, the skew must be 0, as in OpenCV")
         if (intrinsics != intrinsics.reshape(-1, 3, 3)[0]).any():
             raise InputError("intrinsics: with a distortion, all poses must have the same")
-    if isinstance(poses, str):
-        fields.setdefault("within", _WITHIN)
     return ScanCamera(**fields)
 
 
 def _moving(poses: Any, intrinsics: Floats | None, folder: Path) -> dict[str, Any]:
     """Reads the poses of a camera, which are listed or in a file, and their intrinsics."""
+    described = dict[str, Any]()
     if isinstance(poses, str):
         with naming(folder / poses):
             poses = poses_in(folder / poses)
+    if isinstance(poses, Trajectory):
+        described["within"] = within_of(poses)
+        described["direction"] = poses.direction
+        poses = poses.listed
     by_frame = dict[Number, tuple[Floats, Floats | None]]()
     for entry in _list("poses", poses, ", or a file,"):
         number = entry.get("frame") if isinstance(entry, dict) else None
@@ -218,6 +251,7 @@ def _moving(poses: Any, intrinsics: Floats | None, folder: Path) -> dict[str, An
     if len(matrices) not in (0, len(frames)):
         raise InputError("intrinsics: must be those of all poses, not of some")
     return {
+        **described,
         "camera_to_world": np.stack([by_frame[frame][0] for frame in frames]),
         "intrinsics": np.stack(matrices) if matrices else None,
         "frames": tuple(frames),
@@ -253,8 +287,8 @@ def _as_given(_: str, __: Any) -> None:
 
 
 def _name(field: str, name: Any) -> None:
-    if not isinstance(name, str) or not re.fullmatch("[A-Za-z0-9.-]+", name):
-        raise InputError(f"{field}: must be letters, digits, '.' or '-', not {name!r:.60}")
+    if not isinstance(name, str) or not re.fullmatch("[A-Za-z0-9._-]+", name):
+        raise InputError(f"{field}: must be letters, digits, '.', '_' or '-', not {name!r:.60}")
 
 
 def _distortion(name: str, listed: Any) -> tuple[float, ...]:
@@ -276,7 +310,7 @@ def _flipped(name: str, axes: Any) -> None:
 
 _POSE: dict[str, _Read] = {
     "frame": check_finite,
-    "camera_to_world": pose_of,
+    "camera_to_world": pose_or_lost,
     "intrinsics": intrinsics_of,
 }
 _CAMERA: dict[str, _Read] = {

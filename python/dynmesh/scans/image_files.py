@@ -1,23 +1,38 @@
 """Which camera and which frame a depth image is of, by its name and its folder."""
 
+import os
 import re
-from collections.abc import Container, Iterable
+from collections.abc import Iterable
 from itertools import chain
 from pathlib import Path
 
 from .._errors import InputError, within
 from ..formats.names import FrameNames, Number, by_number, files_in, matching, numbers_in
+from ..formats.text import lines_in, words_in
 from .cameras import Rig, ScanCamera
-from .depth_files import SUFFIX
+from .depth_files import MASK_SUFFIXES, SUFFIXES
+
+_LIST = "depth.txt"
 
 
 def images_in(path: Path, rig: Rig) -> list[Path]:
-    """Returns the images in a folder and those of the cameras in it, or that a glob names."""
-    if path.is_dir():  # also the folders of cameras in it
-        folders = [path, *(path / camera.name for camera in rig.cameras)]
-        return [file for folder in folders for file in files_in(folder, SUFFIX)]
+    """Returns the images in a folder and those of the cameras in it, or that a glob names.
+
+    Of a folder with several kinds of images, such as depth and colour, they are those whose folder
+    or name says "depth". A list of TUM, `depth.txt`, names them.
+    """
+    if path.is_dir():
+        if (path / _LIST).is_file():
+            lines = (words_in(line) for line in lines_in(path / _LIST))
+            return [path / words[1] for words in lines if len(words) == 2]
+        cameras = {camera.name for camera in rig.cameras}
+        below = (Path(folder) for folder, _, _ in os.walk(path))
+        folders = [f for f in below if f == path or cameras & {*f.relative_to(path).parts}]
+        found = [f for folder in sorted(folders) for one in SUFFIXES for f in files_in(folder, one)]
+        said = [file for file in found if "depth" in str(file.relative_to(path)).lower()]
+        return said or found
     if (names := FrameNames.of(path)).numbered:
-        among = files_in(path.parent, SUFFIX)
+        among = files_in(path.parent, path.suffix.lower())
         return [file for file in among if _number_by(names, file, rig) is not None]
     return sorted(matching(path))
 
@@ -25,8 +40,8 @@ def images_in(path: Path, rig: Rig) -> list[Path]:
 def images_by_camera(path: Path, rig: Rig) -> dict[str, dict[Number, Path]]:
     """Returns the images of each camera by their numbers.
 
-    The camera is named at the end of a file's name, or else is the folder's name, or, if there is
-    only one, need not be named at all.
+    The camera is named at the end of a file's name, or else by a folder in its path, or, if there
+    is only one, need not be named at all.
     """
     own: dict[str, dict[Path, str]] = {camera.name: {} for camera in rig.cameras}
     images = images_in(path, rig)
@@ -67,16 +82,45 @@ def _number_by(names: FrameNames, file: Path, rig: Rig) -> Number | None:
     return next((number for number in numbers if number is not None), None)
 
 
-def _owner(file: Path, path: Path, names: Container[str]) -> tuple[str | None, str]:
+def _owner(file: Path, path: Path, names: Iterable[str]) -> tuple[str | None, str]:
     """Returns the name of the camera that an image is of, or None, and the stem without it."""
-    folder = file.parent.name
-    before, _, end = file.stem.rpartition("_")
-    is_named = bool(before) and end in names
-    if folder in names and (not is_named or file.parent not in (path, path.parent)):
-        return folder, before if end == folder and before[-1:].isdigit() else file.stem
-    return (end, before) if is_named else (None, file.stem)
+    ends = [name for name in names if file.stem.endswith(f"_{name}") and file.stem != f"_{name}"]
+    end = max(ends, key=len, default=None)
+    folder = next((one for one in file.parent.parts[::-1] if one in names), None)
+    is_inside = file.parent not in (path, path.parent)
+    if folder is not None and (end is None or (is_inside and folder == file.parent.name)):
+        before = file.stem.removesuffix(f"_{folder}")
+        return folder, before if before[-1:].isdigit() else file.stem
+    return (None, file.stem) if end is None else (end, file.stem.removesuffix(f"_{end}"))
 
 
 def image_names(cameras: Iterable[ScanCamera]) -> str:
     """Says how images of these cameras would be named."""
-    return " or ".join(f"*_{camera.name}{SUFFIX}, {camera.name}/*{SUFFIX}" for camera in cameras)
+    one = SUFFIXES[0]
+    return " or ".join(f"*_{camera.name}{one}, {camera.name}/*{one}" for camera in cameras)
+
+
+def beside(images: Iterable[Path], folder: Path, root: Path) -> dict[Path, Path]:
+    """Returns the files in a folder with the names that images have below their root."""
+    found = {
+        file.relative_to(folder).with_suffix(""): file
+        for file in sorted(folder.rglob("*"))
+        if file.suffix.lower() in MASK_SUFFIXES
+    }
+    names = {image: image.relative_to(root).with_suffix("") for image in images}
+    return {image: found[name] for image, name in names.items() if name in found}
+
+
+def confidence_of(image: Path) -> Path | None:
+    """Returns the image of confidences beside a depth image, whose path says that, not depth."""
+    for at in range(len(image.parts) - 1, -1, -1):
+        part = image.parts[at]
+        if "depth" not in part.lower():
+            continue
+        for word in ("confidence", "conf"):
+            for name in (re.sub("depth", word, part, flags=re.IGNORECASE), word):
+                other = Path(*image.parts[:at], name, *image.parts[at + 1 :])
+                for suffix in MASK_SUFFIXES:
+                    if (file := other.with_suffix(suffix)) != image and file.is_file():
+                        return file
+    return None

@@ -1,10 +1,8 @@
-"""Cameras in files of other programs, as `cameras.json` would hold them.
+"""Cameras in `transforms.json`, as `cameras.json` would hold them.
 
-- `transforms.json`, as nerfstudio and instant-ngp read it, has a pose for each image. They lead
-  from the axes of OpenGL, x right, y up, z back, to the world; the corner of the first pixel is at
-  (0, 0); and depth images may have fewer pixels than those of the intrinsics.
-- Trajectories of TUM have the poses of a camera that moves in lines `time tx ty tz qx qy qz qw`,
-  from the axes of OpenCV; the quaternion has its real part last.
+As nerfstudio and instant-ngp read it, it has a pose for each image. They lead from the axes of
+OpenGL, x right, y up, z back, to the world; the corner of the first pixel is at (0, 0); and depth
+images may have fewer pixels than those of the intrinsics.
 """
 
 import re
@@ -17,7 +15,6 @@ import numpy as np
 from .._checks import check_finite, check_positive
 from .._errors import InputError, within
 from ..formats.names import by_number, numbers_in
-from ..formats.text import lines_in, number_of, words_in
 from .matrices import pose_of
 
 OPENGL = np.diag([1.0, -1, -1, 1])
@@ -26,9 +23,6 @@ OPENGL = np.diag([1.0, -1, -1, 1])
 _MODELS = ("OPENCV", "PINHOLE", "SIMPLE_PINHOLE")
 _LENS = ("k1", "k2", "k3", "k4", "p1", "p2", "is_fisheye")
 _MATRIX = ("fl_x", "fl_y", "cx", "cy", "w", "h")
-
-_ROUNDED = 1e-3
-"""By how much the length of a quaternion may deviate from 1, as it was written with few digits."""
 
 
 def as_cameras(transforms: dict[str, Any], folder: Path) -> dict[str, Any]:
@@ -131,27 +125,3 @@ def _needed(field: str, stated: dict[str, Any]) -> Any:
     if field not in stated:
         raise InputError(f"{field}: is missing")
     return stated[field]
-
-
-def poses_in(file: Path) -> list[dict[str, Any]]:
-    """Returns the poses in a file, as `cameras.json` lists them; their frames are the times."""
-    poses = []
-    for number, line in enumerate(lines_in(file), start=1):
-        words = words_in(line)
-        if not words:
-            continue
-        if len(words) != 8:
-            raise InputError(
-                f"line {number}: must be a pose, time tx ty tz qx qy qz qw, but has {len(words)} "
-                "words"
-            )
-        time, *position, x, y, z, w = (number_of(word, number) for word in words)
-        length = float(np.linalg.norm([x, y, z, w]))
-        if not abs(length - 1) <= _ROUNDED:
-            raise InputError(f"line {number}: its quaternion must have length 1, not {length:g}")
-        cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]]) / length
-        pose = np.eye(4)
-        pose[:3, :3] += 2 * (w / length * cross + cross @ cross)
-        pose[:3, 3] = position
-        poses.append({"frame": time, "camera_to_world": pose.tolist()})
-    return poses

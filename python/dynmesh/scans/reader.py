@@ -3,10 +3,10 @@
 import errno
 import os
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,17 +14,45 @@ from numpy.typing import NDArray
 from .._checks import path_of, selected
 from .._errors import DynmeshError, InputError, naming
 from ..formats.format import Gaps
-from ..formats.names import Number, files_in, find_files, numbers_in, with_missing
+from ..formats.names import (
+    Number,
+    files_in,
+    find_files,
+    numbers_in,
+    usual_distance,
+    with_missing,
+)
 from ..formats.table import PathLike
+from ..formats.times import indices_of
 from ..formats.units import agreed
 from ..scan import DepthScan, PointScan, Scan
-from .cameras import Rig, ScanCamera, read_cameras
-from .depth_files import SUFFIX, along_axis, read_depth, require_png, size_of, undistortion
+from .cameras import LostPoseError, Rig, ScanCamera, read_cameras
+from .depth_files import (
+    SUFFIXES,
+    along_axis,
+    first_of,
+    read_depth,
+    require_pillow,
+    undistortion,
+    without_mirrors,
+)
 from .image_files import image_names, images_by_camera, images_in
+from .pixels import Wanted
 from .point_files import point_formats, read_points
+from .trajectories import Direction
 
 CAMERAS = "cameras.json"
 """The name under which the cameras are found in a folder of scans."""
+
+
+class ScanSource(TypedDict, total=False):
+    """How scans are read: keywords of :func:`open_scans`."""
+
+    cameras: PathLike | Rig | None
+    poses: Direction | None
+    gaps: Gaps
+    subject: PathLike | None
+    least_confidence: float | None
 
 
 class ScanReader(ABC):
@@ -37,6 +65,7 @@ class ScanReader(ABC):
         n_frames: number of frames.
         files: all files that are read.
         lost: a sentence for each depth image that is missing or, of those read so far, damaged.
+        remarks: what else the user should know, in a sentence each.
         metres_per_unit: as the files state it, or None.
     """
 
@@ -50,6 +79,8 @@ class ScanReader(ABC):
         self._viewpoints = list[NDArray[np.float64] | None]()
         self._damaged: dict[Path, str] = {}
         self._missing: tuple[str, ...] = ()
+        self.remarks: tuple[str, ...] = ()
+        self._chosen = range(self.n_frames)
 
     def __iter__(self) -> Iterator[Scan | None]:
         return self.frames()
@@ -58,13 +89,21 @@ class ScanReader(ABC):
         self, start: int = 0, stop: int | None = None, step: int = 1
     ) -> Iterator[Scan | None]:
         """Yields the scans of the frames ``[start:stop:step]``, counted from 0."""
-        return map(self._load, selected(self.n_frames, start, stop, step))
+        chosen = self._chosen
+        return map(self._load, (chosen[at] for at in selected(self.n_frames, start, stop, step)))
+
+    def choose(self, frames: slice | range | None) -> None:
+        """Keeps the frames with these numbers; the last one is excluded."""
+        if frames is not None:
+            self._chosen = indices_of(np.array(self.numbers, np.float64), frames)
+            self.numbers = [self.numbers[at] for at in self._chosen]
+            self.n_frames = len(self.numbers)
 
     def number(self, frame: int) -> Number:
         """The number of a frame that is counted from 0."""
         return self.numbers[frame]
 
-    def cameras_of(self, number: int) -> list[str]:  # noqa: ARG002
+    def cameras_of(self, frame: int) -> list[str]:  # noqa: ARG002
         """Returns the names of the cameras of a frame, in the order of its scan."""
         return [] if self.rig is None else [camera.name for camera in self.rig.cameras]
 
@@ -79,7 +118,7 @@ class ScanReader(ABC):
             raise InputError(message, file=file)
         self.metres_per_unit = stated if self.metres_per_unit is None else self.metres_per_unit
 
-    def _take_viewpoints(self, files: Sequence[Path | None]) -> None:
+    def _take_viewpoints(self, files: Sequence[Path | None], gaps: Gaps = "refuse") -> None:
         """Finds where the cameras stand in each frame that has a file of points."""
         if self.rig is None:
             return
@@ -87,10 +126,14 @@ class ScanReader(ABC):
         if len(files) == 1 and files[0] is not None and self.rig.moves:
             numbers, _ = numbers_in([files[0]])  # which by itself is frame 0
         with naming(self.rig.file or self.path):
-            self._viewpoints = [
-                None if file is None else self.rig.viewpoints(number)
-                for file, number in zip(files, numbers, strict=True)
-            ]
+            for file, number in zip(files, numbers, strict=True):
+                places = None
+                try:
+                    places = None if file is None else self.rig.viewpoints(number)
+                except LostPoseError:
+                    if gaps == "refuse":
+                        raise
+                self._viewpoints.append(places)
 
     def _seen(self, scan: PointScan, frame: int) -> PointScan:
         """Returns the points of a frame, counted from 0, with the places of the cameras."""
@@ -113,7 +156,7 @@ class PointReader(ScanReader):
         self._files = result.files
         present = [file for file in result.files if file is not None]
         super().__init__(path, rig, result.numbers, present)
-        self._take_viewpoints(result.files)
+        self._take_viewpoints(result.files, gaps)
         self._take_unit(read_points(present[0]).metadata.metres_per_unit, present[0])
 
     def _load(self, number: int) -> PointScan | None:
@@ -129,15 +172,16 @@ class DepthReader(ScanReader):
     of images, that is an error.
     """
 
-    def __init__(self, path: Path, rig: Rig, gaps: Gaps) -> None:
+    def __init__(self, path: Path, rig: Rig, gaps: Gaps, wanted: Wanted) -> None:
+        self._undistort = dict[str, Any]()
         for camera in rig.cameras:
             if camera.intrinsics is None:
                 stated = f'; state them in {CAMERAS}, with "poses": "{rig.file and rig.file.name}"'
                 raise InputError(
                     f"camera {camera.name!r} has no intrinsics, as depth images need"
-                    f"{stated if camera.within else ''}"
+                    f"{stated if camera.frames else ''}"
                 )
-        require_png()
+        require_pillow()
         by_camera = images_by_camera(path, rig)
         numbers = sorted(set().union(*by_camera.values()))
         if not numbers:
@@ -152,29 +196,61 @@ class DepthReader(ScanReader):
                 f"there is no image of camera {camera.name!r} for frame {number}, which would be "
                 f"named {image_names([camera])}; with `gaps` lost, it is not needed"
             )
-        result, self._undistort = list[ScanCamera](), dict[str, Any]()
-        for camera in rig.cameras:
-            size = size_of(by_camera[camera.name].values(), camera)
-            intrinsics = camera.intrinsics
-            if camera.distortion:
-                with naming(rig.file or path):
-                    matrix, self._undistort[camera.name] = undistortion(camera)
-                intrinsics = np.broadcast_to(matrix, np.shape(np.asarray(intrinsics)))
-            result.append(replace(camera, size=size, intrinsics=intrinsics, distortion=()))
-        rig = replace(rig, cameras=tuple(result))
+        lost = [f"no image of camera {c.name!r} for frame {n}" for n, c in missing]
         with naming(rig.file or path):
-            self._images = [
-                [(c.at(n), by_camera[c.name][n]) for c in rig.cameras if n in by_camera[c.name]]
-                for n in every
+            cameras = [
+                self._undistorted(camera, by_camera[camera.name].values(), rig)
+                for camera in rig.cameras
             ]
+            self._images = list[list[tuple[ScanCamera, Path]]]()
+            for n in every:
+                seen = list[tuple[ScanCamera, Path]]()
+                for camera in cameras:
+                    try:
+                        if n in by_camera[camera.name]:
+                            seen.append((camera.at(n), by_camera[camera.name][n]))
+                    except LostPoseError:
+                        if gaps == "refuse":
+                            raise
+                        lost.append(f"no pose of camera {camera.name!r} for frame {n}")
+                self._images.append(seen)
         files = [file for images in self._images for _, file in images]
-        self._n_images = len(files)
-        super().__init__(path, rig, every, files)
-        self._missing = tuple(f"no image of camera {c.name!r} for frame {n}" for n, c in missing)
+        self._kept, unmasked = wanted.of(path, rig, by_camera, gaps)
+        if unmasked:
+            lost += [f"{file.name} has no mask" for file in files if file in unmasked]
+            self._images = [
+                [(camera, file) for camera, file in images if file not in unmasked]
+                for images in self._images
+            ]
+        self._n_images = sum(map(len, self._images))
+        super().__init__(path, replace(rig, cameras=tuple(cameras)), every, files)
+        self._missing = tuple(lost)
+        usual = usual_distance(every)
+        away = {c.name: max(c.distance(n) for n in every) for c in rig.cameras}
+        self.remarks = tuple(
+            f"the nearest pose of camera {name!r} is up to {farthest:.3g} from a frame, and frames "
+            f"are {usual:.3g} apart; poses were interpolated"
+            for name, farthest in away.items()
+            if farthest > usual and not lost
+        )
 
-    def cameras_of(self, number: int) -> list[str]:
+    def _undistorted(self, camera: ScanCamera, files: Iterable[Path], rig: Rig) -> ScanCamera:
+        """Returns the camera as its images are read: without a lens, and not mirrored."""
+        first, intrinsics = first_of(files, camera), camera.intrinsics
+        size = camera.size if first is None else first.size
+        scale = camera.depth_scale
+        if scale is None:  # of images in metres
+            scale = 1 / (rig.metres_per_unit or 1.0)
+        camera = replace(camera, size=size, depth_scale=scale)
+        if camera.distortion:
+            matrix, self._undistort[camera.name] = undistortion(camera)
+            intrinsics = np.broadcast_to(matrix, np.shape(np.asarray(intrinsics)))
+        return without_mirrors(replace(camera, intrinsics=intrinsics, distortion=()))
+
+    def cameras_of(self, frame: int) -> list[str]:
         """Returns those of the images, except the damaged ones once the frame was read."""
-        return [c.name for c, file in self._images[number] if file not in self._damaged]
+        images = self._images[self._chosen[frame]]
+        return [c.name for c, file in images if file not in self._damaged]
 
     def _load(self, number: int) -> DepthScan | None:
         read = ((camera, self._read(camera, file)) for camera, file in self._images[number])
@@ -187,8 +263,11 @@ class DepthReader(ScanReader):
 
     def _read(self, camera: ScanCamera, file: Path) -> NDArray[np.float32] | None:
         """Reads an image; None if it is damaged."""
+        kept = None
+        if file in self._kept and camera.size is not None:
+            kept = self._kept[file](camera.size)
         try:
-            depth = read_depth(file, camera)
+            depth = read_depth(file, camera, kept)
         except (DynmeshError, OSError) as error:
             why = error.reason if isinstance(error, DynmeshError) else f"cannot be read: {error}"
             self._damaged.setdefault(file, why)
@@ -211,57 +290,88 @@ def unit_of_scans(scans: ScanReader, said: str | float | None) -> float | None:
 
 
 def open_scans(
-    path: PathLike, *, cameras: PathLike | Rig | None = None, gaps: Gaps = "refuse"
+    path: PathLike,
+    *,
+    cameras: PathLike | Rig | None = None,
+    poses: Direction | None = None,
+    gaps: Gaps = "refuse",
+    subject: PathLike | None = None,
+    least_confidence: float | None = None,
+    frames: slice | range | None = None,
 ) -> ScanReader:
     """Opens scans, to read them frame by frame.
 
     Args:
         path: a folder, a pattern such as ``scan_%04d.ply`` or a glob such as ``*.xyz``, of point
-            clouds (PLY, XYZ) or depth images (PNG with 16 bits). The names of depth images end in
-            the name of the camera, as ``depth_00012_left.png``, or are in a folder with the name of
-            the camera, as ``left/00012.png``. The only camera need not be named.
-        cameras: the cameras, or a file as :func:`read_cameras` reads it. None: `cameras.json` in
-            the folder of the scans, if there is one. Depth images need it.
-        gaps: "lost" if nothing was observed in frames, or by cameras, whose file is missing;
-            "refuse" refuses such scans.
+            clouds (PLY, XYZ) or depth images (PNG, TIFF, OpenEXR, NPY). The names of depth images
+            end in the name of the camera, as ``depth_00012_left.png``, or are in a folder with the
+            name of the camera, as ``left/00012.png`` or ``left/depth/00012.png``. The only camera
+            need not be named.
+        cameras: poses and intrinsics of the cameras, or their file, required for depth images;
+            else, `cameras.json` beside the scans.
+        poses: where the poses of the cameras lead: "camera-to-world" or "world-to-camera"; else, as
+            the kind of their file has it.
+        gaps: what frames and images are whose file or pose is missing: "refuse" makes them an
+            error, "lost" what was not observed.
+        subject: a folder of masks with the names of the depth images, which are not 0 where the
+            subject is; other pixels count as not measured.
+        least_confidence: pixels whose confidence is less count as not measured. The images of
+            confidences have the names of the depth images, with "confidence" instead of "depth".
+        frames: the numbers of the frames to read, as a slice; None for all.
     """
     path = path_of("path", path)
-    rig = cameras if isinstance(cameras, Rig) else read_rig(path, cameras)
+    rig = read_rig(path, cameras, poses)
+    wanted = Wanted.of_reading({"subject": subject, "least_confidence": least_confidence})
     with naming(path):
         suffix = _suffix_in(path, rig)
-        if suffix != SUFFIX:
-            return PointReader(path, suffix, rig, gaps)
-        if rig is None:
-            raise InputError(
-                f"depth images need cameras: {CAMERAS} beside them, or another file",
-                argument="cameras",
-            )
-        return DepthReader(path, rig, gaps)
+        if suffix in SUFFIXES:
+            if rig is None:
+                raise InputError(
+                    f"depth images need cameras: {CAMERAS} beside them, or another file",
+                    argument="cameras",
+                )
+            reader: ScanReader = DepthReader(path, rig, gaps, wanted)
+        else:
+            wanted.refuse_points()
+            reader = PointReader(path, suffix, rig, gaps)
+        reader.choose(frames)
+        return reader
 
 
-def read_rig(path: Path, cameras: PathLike | None) -> Rig | None:
+def read_rig(
+    path: Path, cameras: PathLike | Rig | None, poses: Direction | None = None
+) -> Rig | None:
     """Reads the cameras of scans from their file, or from the one that is usual, if it exists."""
-    beside = (path if path.is_dir() else path.parent) / CAMERAS
+    if isinstance(cameras, Rig):
+        return cameras
+    folder = path if path.is_dir() else path.parent
+    beside = folder / CAMERAS
     if cameras is None and not beside.is_file():
         return None
-    return read_cameras(beside if cameras is None else path_of("cameras", cameras))
+    file = beside if cameras is None else path_of("cameras", cameras)
+    return read_cameras(file, poses, folder)
 
 
 def _suffix_in(path: Path, rig: Rig | None) -> str:
     """Returns the suffix of the scans."""
-    suffixes = (*point_formats, SUFFIX)
+    suffixes = (*point_formats, *SUFFIXES)
     if not path.is_dir():
         if not path.suffix and not path.exists():
             raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(path))
         if path.suffix.lower() not in suffixes:
             raise InputError(f"unknown format {path.suffix!r}; scans are {', '.join(suffixes)}")
         return path.suffix.lower()
-    results = [suffix for suffix in suffixes if files_in(path, suffix)]
-    if not results and rig is not None and images_in(path, rig):
-        return SUFFIX
-    if len(results) > 1:
-        message = f"is a folder with {' and '.join(results)} files; name one kind by a pattern"
-        raise InputError(message)
-    if not results:
-        raise InputError(f"is a folder without scans, which are {', '.join(suffixes)}")
-    return results[0]
+    images = [] if rig is None else images_in(path, rig)
+    found = {suffix for suffix in suffixes if files_in(path, suffix)}
+    if images:
+        found = {file.suffix.lower() for file in images} | (found & point_formats.keys())
+    if len(found) > 1:
+        message = f"is a folder with {' and '.join(sorted(found))} files"
+        raise InputError(f"{message}; name one kind by a pattern")
+    if not found:
+        message = f"is a folder without scans, which are {', '.join(suffixes)}"
+        below = sorted(one for one in path.glob("*") if one.is_dir())
+        inside = [one.name for one in below if any(files_in(one, kind) for kind in suffixes)]
+        where = f"; there are some in {' and in '.join(inside[:3])}" if inside else ""
+        raise InputError(message + where)
+    return found.pop()

@@ -17,7 +17,7 @@ from ..formats.names import Number
 from ..formats.output import new_folder
 from ..scan import PointScan, Scan
 from .cameras import Rig, write_cameras
-from .depth_files import SUFFIX, write_depth
+from .depth_files import SUFFIXES, write_depth
 from .point_files import write_ply
 from .reader import CAMERAS
 
@@ -89,7 +89,7 @@ def in_files(scans: PathLike | InMemory) -> Iterator[Path]:
         yield path
 
 
-_OURS = ("frame_*.ply", f"depth_*{SUFFIX}", CAMERAS)
+_OURS = ("frame_*.ply", f"depth_*{SUFFIXES[0]}", CAMERAS)
 
 
 @contextmanager
@@ -120,7 +120,7 @@ def scan_folder(
                 write_ply(hidden / f"frame_{number:05d}.ply", scan, rig.metres_per_unit)
                 return
             for camera, depth in zip(rig.cameras, scan.depth, strict=True):
-                file = hidden / f"depth_{number:05d}_{camera.name}{SUFFIX}"
+                file = hidden / f"depth_{number:05d}_{camera.name}{SUFFIXES[0]}"
                 write_depth(file, plain("depth", depth), camera)
 
         yield append

@@ -1,21 +1,23 @@
 """One scan that is registered: a file of points, a mesh, or the depth images of one moment."""
 
 from pathlib import Path
+from typing import Unpack
 
 import numpy as np
 
 from .. import formats
+from .._checks import check_number
 from .._errors import InputError
 from .._report import listed
 from ..completion.start import template_of
-from ..formats import PathLike
 from ..formats.ply import read_elements
 from ..geometry import vertex_normals
 from ..scans import PointScan, ScanReader, open_scans, read_points
 from ..scans.cameras import Rig
-from ..scans.depth_files import SUFFIX
+from ..scans.depth_files import SUFFIXES
+from ..scans.pixels import Wanted
 from ..scans.point_files import point_formats
-from ..scans.reader import read_rig
+from ..scans.reader import ScanSource, read_rig
 
 
 class SingleScan(ScanReader):
@@ -39,19 +41,36 @@ class SingleScan(ScanReader):
         return self._seen(self._scan, number)
 
 
-def open_single(path: Path, cameras: PathLike | None) -> ScanReader:
-    """Opens a point cloud, a mesh, or a folder or pattern with the depth images of one moment."""
-    is_images = path.suffix.lower() == SUFFIX or any(path.rglob(f"*{SUFFIX}"))
+def open_single(
+    path: Path, frame: float | None = None, **reading: Unpack[ScanSource]
+) -> ScanReader:
+    """Opens a point cloud, a mesh, or a folder or pattern with the depth images of one moment.
+
+    Of several scans, it is that with the number `frame`.
+    """
+    is_images = path.suffix.lower() in SUFFIXES or any(
+        file.suffix.lower() in SUFFIXES for file in path.rglob("*")
+    )
+    reading = {"gaps": "lost", **reading}
+    if frame is not None:
+        check_number("frame", frame)
+        result = open_scans(path, **reading)
+        if frame not in result.numbers:
+            known = f"{result.numbers[0]} to {result.numbers[-1]}"
+            raise InputError(f"there is no scan {frame:g}, only {known}", argument="frame")
+        result.choose(slice(frame, np.nextafter(frame, np.inf)))
+        return result
     if path.is_dir() and not is_images:
         message = "is a folder; name one scan, or each in a row of a table of jobs"
         raise InputError(message, file=path)
     if not is_images:
-        return SingleScan(path, read_rig(path, cameras))
-    result = open_scans(path, cameras=cameras, gaps="lost")
+        Wanted.of_reading(reading).refuse_points()
+        return SingleScan(path, read_rig(path, reading.get("cameras"), reading.get("poses")))
+    result = open_scans(path, **reading)
     if result.n_frames > 1:
         raise InputError(
-            f"holds {result.n_frames} scans; name one of them, such as the depth images "
-            "'depth_00012_*.png', or each in a row of a table of jobs",
+            f"holds {result.n_frames} scans; name one of them by `frame`, such as "
+            f"{result.numbers[0]}, or each in a row of a table of jobs",
             file=path,
         )
     return result

@@ -25,7 +25,7 @@ from ..losses.recordings import Vector, degraded_frames, scanned
 from ..polygons import Faces
 from ..run import Run
 from ..scans import ScanRun, scan_folder
-from ..scans.depth_files import require_png
+from ..scans.depth_files import require_pillow
 from ..sequence import result_of
 
 Share: TypeAlias = float | str
@@ -104,7 +104,7 @@ def degrade(
                     raise InputError("is not for scans", argument=name)
             size = _size_of(depth, scan)
             if size is not None:
-                require_png()
+                require_pillow()
                 if points != _POINTS:
                     raise InputError("is not for depth images", argument="points", value=points)
             source = stack.enter_context(formats.opened(sequence, shared={"faces": faces}))

@@ -4,7 +4,7 @@ import contextlib
 import os
 from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass, field, replace
-from typing import Any, overload
+from typing import Any, Unpack, overload
 
 import numpy as np
 
@@ -26,7 +26,7 @@ from ..polygons import Faces, Mesh
 from ..registration import Landmarks, Registration
 from ..run import Run
 from ..scan import PointScan, Scan
-from ..scans import ScanReader
+from ..scans import ScanReader, ScanSource
 from ..sequence import Sequence
 from ..tracking.background import Background, Crop
 from ..tracking.landmarks import read_landmarks
@@ -82,7 +82,7 @@ def registered(
     scan: PathLike,
     *,
     landmarks: Input[PathLike | None] = None,
-    cameras: Input[PathLike | None] = None,
+    frame: Input[float | None] = None,
     scan_unit: Input[float | str | None] = None,
     template_unit: Input[float | str | None] = None,
     crop: Input[Crop | str | None] = None,
@@ -91,6 +91,7 @@ def registered(
     scale: Method[bool] = False,
     threads: Method[int] = 1,
     progress: bool | None = None,
+    **of_scans: Unpack[ScanSource],
 ) -> Run[RegisterReport]:
     """Registers a mesh with a scan: the same mesh, in the pose and the shape of the scan.
 
@@ -100,7 +101,7 @@ def registered(
             folder, or a pattern such as 'depth_00012_*.png'.
         landmarks: a JSON file: [{"vertex": 12, "position": [x, y, z]}, ...], with positions in the
             unit of the scan.
-        cameras: where the cameras stand; else, `cameras.json` beside the scan.
+        frame: the number of the scan, if there are several.
         scan_unit: the unit of length of the scan and the cameras: m, cm, mm, km, inch, foot, yard,
             or a number of metres; else, as their files state it, or that of the template.
         template_unit: the unit of length of a template whose file states none.
@@ -112,6 +113,8 @@ def registered(
         threads: the number of threads that may work; more than one helps from about 2 000
             vertices or points on.
         progress: whether to show on standard error how far it is.
+        of_scans: how the scan is read: `cameras`, `poses`, `gaps`, `subject` and
+            `least_confidence` of :func:`dynmesh.scans.open_scans`.
 
     Returns:
         One frame, the registered mesh in the unit of the scan, which is made when it is read. Then
@@ -127,7 +130,7 @@ def registered(
         raise InputError(message, argument="remove_planes", value=True)
     check_integer("threads", threads, 1, 256)
     marked = [] if landmarks is None else [path_of("landmarks", landmarks)]
-    reader = open_single(scan, cameras)
+    reader = open_single(scan, frame, **of_scans)
     marks = read_landmarks(marked[0]) if marked else None
     with contextlib.ExitStack() as stack:
         mesh = stack.enter_context(_opened(template))
@@ -182,7 +185,7 @@ def registered(
             return RegisterReport(
                 quality=result.quality,
                 reason=reason,
-                remarks=(*filter(None, [remark, room.remark]), *reader.lost),
+                remarks=(*filter(None, [remark, room.remark]), *reader.lost, *reader.remarks),
                 registration=result,
                 _show=lambda: _page(result, mesh, reader),
             )

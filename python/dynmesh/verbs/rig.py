@@ -1,6 +1,7 @@
 """Whether the cameras of depth images are read as they are meant, and a file that corrects them."""
 
 from dataclasses import replace
+from typing import Unpack
 
 from .._checks import path_of
 from .._errors import InputError
@@ -8,7 +9,7 @@ from .._options import Input
 from .._progress import steps
 from ..advice.cameras import RigReport, judge_rig
 from ..formats import PathLike
-from ..scans.reader import read_rig
+from ..scans.reader import ScanSource, read_rig
 from ..tracking.background import Background, Crop
 
 
@@ -16,12 +17,12 @@ def rig(
     scans: PathLike,
     *,
     template: Input[PathLike | None] = None,
-    cameras: Input[PathLike | None] = None,
     scan_unit: Input[float | str | None] = None,
     template_unit: Input[float | str | None] = None,
     crop: Input[Crop | str | None] = None,
     remove_planes: Input[bool] = False,
     progress: bool | None = None,
+    **of_scans: Unpack[ScanSource],
 ) -> RigReport:
     """Says what is wrong with the cameras of depth images, and how their file is corrected.
 
@@ -34,7 +35,6 @@ def rig(
         scans: depth images, as for tracking.
         template: the mesh, in about the pose of the first scan; of a single camera, also in its
             place.
-        cameras: the file of the cameras; else, `cameras.json` beside the scans.
         scan_unit: the unit of length of scans and cameras: m, cm, mm, km, inch, foot, yard, or a
             number of metres; else, as their files state it, or that of the template.
         template_unit: the unit of length of a template whose file states none.
@@ -43,6 +43,8 @@ def rig(
         remove_planes: whether to leave out floor and walls: planes in the first scan that are
             larger than the mesh.
         progress: whether to show on standard error how far it is.
+        of_scans: how the scans are read: `cameras`, `poses`, `gaps`, `subject` and
+            `least_confidence` of :func:`dynmesh.scans.open_scans`.
 
     Raises:
         OSError, ImportError, ValueError: a file cannot be read, the scans are no depth images, or
@@ -54,9 +56,10 @@ def rig(
     needs = {"crop": room.follows, "remove_planes": remove_planes}
     if template is None and (argument := next((name for name in needs if needs[name]), None)):
         raise InputError("needs a `template`", argument=argument)
-    stated = read_rig(path, cameras)
+    reading: ScanSource = {"gaps": "lost", **of_scans}
+    stated = read_rig(path, reading.pop("cameras", None), reading.pop("poses", None))
     with steps("judging the cameras", progress) as show:
-        result = judge_rig(path, stated, template, scan_unit, template_unit, room, show)
+        result = judge_rig(path, stated, reading, template, scan_unit, template_unit, room, show)
     files = () if stated is None or stated.file is None else (stated.file,)
     reason = "" if result.quality == "good" else result.told
     return replace(result, reason=reason, path=path, files=files)

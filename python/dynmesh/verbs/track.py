@@ -4,7 +4,7 @@ import contextlib
 import os
 from collections.abc import Generator, Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 
@@ -18,14 +18,13 @@ from ..advice.fit import command
 from ..alignment import Alignment
 from ..completion.training import Training, TrainingFrames
 from ..formats import OneSequence, PathLike
-from ..formats.format import Gaps
 from ..formats.names import Number
 from ..formats.times import timing_of
 from ..frame import Frame
 from ..geometry import mean_edge_of
 from ..registration import Registration
 from ..run import Run
-from ..scans import ScanReader, open_scans
+from ..scans import ScanReader, ScanSource, open_scans
 from ..scans.reader import DepthReader
 from ..scans.writer import InMemory as ScansInMemory
 from ..scans.writer import in_files
@@ -138,10 +137,9 @@ def track(
     *,
     template: Input[OneSequence],
     landmarks: Input[PathLike | None] = None,
-    cameras: Input[PathLike | None] = None,
+    frames: Input[slice | range | None] = None,
     scan_unit: Input[float | str | None] = None,
     template_unit: Input[float | str | None] = None,
-    gaps: Input[Gaps] = "refuse",
     crop: Input[Crop | str | None] = None,
     remove_planes: Input[bool] = False,
     recover: Method[bool] = True,
@@ -150,6 +148,7 @@ def track(
     threads: Method[int] = 1,
     uncertainty: Method[bool] = False,
     progress: bool | None = None,
+    **of_scans: Unpack[ScanSource],
 ) -> Run[TrackReport] | Any:
     """Tracks a mesh through scans whose points belong to no vertex.
 
@@ -160,19 +159,16 @@ def track(
     conversion does.
 
     Args:
-        scans: point clouds (PLY, XYZ) or depth images (16-bit PNG), one file per frame: a
-            folder, or a pattern such as 'depth/*.png'; or, in Python, those that a verb makes, or
-            the points of each frame, (n, 3).
+        scans: point clouds (PLY, XYZ) or depth images (PNG, TIFF, OpenEXR, NPY), one file per
+            frame: a folder, or a pattern such as 'depth/*.png'; or, in Python, those that a verb
+            makes, or the points of each frame, (n, 3).
         template: the mesh, best in the pose of the first scan.
         landmarks: a JSON file with landmarks of a template in another pose than the first scan, as
             for a registration, in the unit of the scans.
-        cameras: poses and intrinsics of the cameras, required for depth images; else,
-            `cameras.json` beside the scans.
+        frames: from the number of the first frame to that after the last one, such as 0:30.
         scan_unit: the unit of length of scans and cameras: m, cm, mm, km, inch, foot, yard, or a
             number of metres; else, as their files state it, or that of the template.
         template_unit: the unit of length of a template whose file states none.
-        gaps: what frames and images are whose file is missing: "refuse" makes them an error, "lost"
-            what was not observed.
         crop: leave out points outside the box x,y,z,x,y,z, or farther than this from that of the
             mesh, in the unit of the template.
         remove_planes: whether to leave out floor and walls: planes in the first scan that are
@@ -188,6 +184,8 @@ def track(
         uncertainty: whether to estimate the standard error of the distance of each vertex from the
             true surface, which a file then has to hold.
         progress: whether to show on standard error how far it is.
+        of_scans: how the scans are read: `cameras`, `poses`, `gaps`, `subject` and
+            `least_confidence` of :func:`dynmesh.scans.open_scans`.
 
     Returns:
         The tracked frames with the generation and age of their vertices: of scans in memory, a
@@ -203,17 +201,17 @@ def track(
     with contextlib.ExitStack() as stack:
         path = stack.enter_context(in_files(scans))
         mesh = stack.enter_context(formats.opened(template, "template"))
-        reader = open_scans(path, cameras=cameras, gaps=gaps)
+        reader = open_scans(path, frames=frames, **of_scans)
         units = units_of(reader, mesh, scan_unit, template_unit)
         look = ""
         if isinstance(reader, DepthReader) and isinstance(template, str | os.PathLike):
             options: dict[str, Any] = {
                 "template": template,
-                "cameras": cameras,
                 "scan_unit": scan_unit,
                 "template_unit": template_unit,
                 "crop": crop,
                 "remove_planes": remove_planes,
+                **of_scans,
             }
             words = command("rig", path, **options)
             look = f"{words} tells whether the cameras are read as they are meant"
@@ -285,7 +283,7 @@ def _report(
     return TrackReport(
         quality=fits.quality,
         reason=fits.reason,
-        remarks=(*filter(None, [room.remark]), *fits.remarks),
+        remarks=(*filter(None, [room.remark]), *reader.remarks, *fits.remarks),
         frames=reader.n_frames,
         seconds_per_frame=float(np.median([each.seconds for each in reports])) if reports else None,
         observed=float(np.mean([report.seen for report in reports])) if reports else None,

@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from pathlib import Path
+from typing import Any, Unpack
 
 from .. import formats
 from .._checks import check_integer, path_of
@@ -16,7 +17,7 @@ from ..formats import OneSequence, PathLike, Source
 from ..formats.comparison import remarks_of
 from ..frame import Frames
 from ..header import Axis
-from ..scans import ScanReader, open_scans
+from ..scans import ScanReader, ScanSource, open_scans
 from ..tracking.background import Background, Crop, ScansWithoutBackground
 from ..tracking.single_scan import open_single
 
@@ -27,7 +28,6 @@ def view(
     reference: Input[OneSequence | None] = None,
     input: Input[OneSequence | None] = None,
     scans: Input[PathLike | ScanReader | None] = None,
-    cameras: Input[PathLike | None] = None,
     scan_unit: Input[float | str | None] = None,
     crop: Input[Crop | str | None] = None,
     remove_planes: Input[bool] = False,
@@ -41,6 +41,7 @@ def view(
     max_frames: Method[int] = 120,
     max_vertices: Method[int] = 20_000,
     progress: bool | None = None,
+    **of_scans: Unpack[ScanSource],
 ) -> Page:
     """Makes a page that plays a sequence in any browser, offline.
 
@@ -52,7 +53,6 @@ def view(
         reference: the true sequence; colours then show the error.
         input: the sequence that was completed.
         scans: those that the sequence was tracked in.
-        cameras: where their cameras stand; else, `cameras.json` beside them.
         scan_unit: the unit of length of the scans: m, cm, mm, or a number of metres; else, as their
             files state it.
         crop: leave out points outside the box x,y,z,x,y,z, or farther than this from that of the
@@ -75,13 +75,20 @@ def view(
         max_frames: longer sequences show every second, third, ... frame.
         max_vertices: larger meshes are simplified to about this many vertices.
         progress: whether to show on standard error how far it is.
+        of_scans: how the scans are read: `cameras`, `poses`, `gaps`, `subject` and
+            `least_confidence` of :func:`dynmesh.scans.open_scans`.
     """
     check_integer("max_frames", max_frames, 1)
     check_integer("max_vertices", max_vertices, 4)
     require_page(scans=scans is not None)
     room = Background(crop, remove_planes)
-    of_scans = {"cameras": cameras, "scan_unit": scan_unit, "crop": crop}
-    for name, value in (of_scans | {"remove_planes": remove_planes or None}).items():
+    needs_scans: dict[str, Any] = {
+        "scan_unit": scan_unit,
+        "crop": crop,
+        "remove_planes": remove_planes or None,
+    }
+    needs_scans |= {name: value for name, value in of_scans.items() if name != "gaps"}
+    for name, value in needs_scans.items():
         if value is not None and scans is None:
             raise InputError("is that of `scans`, which are not given", argument=name)
     if pick is not None:
@@ -92,9 +99,10 @@ def view(
     if scans is not None and not isinstance(scans, ScanReader):
         scans = path_of("scans", scans)
         if pick is not None and scans.is_file():
-            scans = open_single(scans, cameras)
+            scans = open_single(scans, **of_scans)
         else:
-            scans = open_scans(scans, cameras=cameras, gaps="lost")
+            reading: ScanSource = {"gaps": "lost", **of_scans}
+            scans = open_scans(scans, **reading)
     with opened_together(sequence, reference, input, source or {}) as (own, truth, partial):
         if room and scans is not None:
             scans = ScansWithoutBackground(scans, own, room, scan_factor(scans, scan_unit, own))

@@ -80,7 +80,8 @@ def trajectory(folder: Path) -> Path:
     rows = ["# ground truth trajectory", "# timestamp tx ty tz qx qy qz qw"]
     for time, pose in zip(TIMES, POSES, strict=True):
         numbers = [*pose[:3, 3], *Rotation.from_matrix(pose[:3, :3]).as_quat()]
-        rows.append(" ".join(f"{one:.9f}" for one in (time + 0.004, *numbers)))
+        for at in (time - 0.004, time + 0.004):
+            rows.append(" ".join(f"{one:.9f}" for one in (at, *numbers)))
     (folder / "groundtruth.txt").write_text("\n".join(rows))
     return folder / "groundtruth.txt"
 
@@ -229,7 +230,7 @@ REFUSED: dict[str, tuple[str, Callable[[Any], Any], str]] = {
     "a bound that is too small": (
         "tum",
         lambda s: s["cameras"][0].update(within=0.003),
-        r"for frame 1305031102; the nearest is that of 1305031102\.004",
+        r"for frame 1305031102; the nearest is that of 1305031101\.996",
     ),
 }
 
@@ -251,7 +252,6 @@ def test_cameras_that_move_are_refused_by_name(
         ("1 2 3", "line 3: must be a pose, .* has 3 words"),
         ("1 0 0 0 0 0 0 0", "line 3: its quaternion must have length 1, not 0"),
         ("1 0 0 0 0 0 0 one", "line 3: 'one' is not a number"),
-        ("1 0 0 inf 0 0 0 1", "frame 1.*inf"),
         ("1 0 0 0 0 0 0 1\n1.0 0 0 0 0 0 0 1", "two of frame 1"),
         ("", 'intrinsics, .* "poses": "groundtruth.txt"'),
     ],
