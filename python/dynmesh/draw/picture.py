@@ -10,6 +10,7 @@ import numpy as np
 from .._errors import InputError
 from .._extras import require, require_all
 from .._progress import tracked
+from ..formats.times import called
 from ..frame import Frames, frame_at
 from ..geometry import likely_up
 from . import figures
@@ -66,7 +67,8 @@ def drawn(
         raise InputError("no vertex is known in these frames", file=reader.path)
     scale = heatmap.scale(heatmap.colour, frames)
     up = up or likely_up(frame_at(reader, 0).points, stated_up(reader, reference))
-    captions = [f"frame {reader.header.number(frame.number)}" for frame in frames]
+    numbers = reader.header.numbers.tolist()
+    captions = [called(numbers[frame.number], numbers) for frame in frames]
     view = View.of(seen, up, azimuth, (size, size))
     images = figures.cropped([_draw(heatmap, frame, scale, view) for frame in frames])
     return contact_sheet(title or reader.path.name, images, captions, scale)

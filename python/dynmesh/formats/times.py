@@ -21,6 +21,10 @@ broadcast = (23.976, 29.97, 59.94, 24000 / 1001, 30000 / 1001, 60000 / 1001)
 """Common frame rates that need more digits than some files store."""
 
 
+_CLOCK = 1e8
+"""Seconds since 1970 from which on numbers with decimals are clock times: 1973."""
+
+
 class Timing(NamedTuple):
     """The timing of the frames, named like the fields of a header."""
 
@@ -71,8 +75,22 @@ def numbers_of_files(header: Header, names: FrameNames) -> list[Number]:
     return numbers if kept and is_even else [*range(len(numbers))]
 
 
+def are_clock_times(numbers: Sequence[float]) -> bool:
+    """Whether the numbers of frames are seconds since 1970, as recorders name their images."""
+    return numbers[0] >= _CLOCK and any(number != int(number) for number in numbers)
+
+
+def called(number: float, numbers: Sequence[float]) -> str:
+    """Names the frame with this number; by the seconds from the first if they are clock times."""
+    if are_clock_times(numbers):
+        return f"the frame at {number - numbers[0]:.3f} s"
+    return f"frame {number:.15g}"
+
+
 def timing_of(numbers: Sequence[Number]) -> dict[str, Any]:
-    """Returns the start and the times of a header of frames with these numbers."""
+    """Returns the start, the times and the rate of a header of frames with these numbers."""
+    if are_clock_times(numbers):
+        return {"start": numbers[0], "times": np.array(numbers, np.float64), "fps": 1.0}
     is_counted = all(number == numbers[0] + at for at, number in enumerate(numbers))
     return {"start": numbers[0], "times": None if is_counted else np.array(numbers, np.float64)}
 

@@ -25,6 +25,7 @@ from ..formats.names import (
 from ..formats.table import PathLike
 from ..formats.times import indices_of
 from ..formats.units import agreed
+from ..header import largest_start
 from ..scan import DepthScan, PointScan, Scan
 from .cameras import LostPoseError, Rig, ScanCamera, read_cameras
 from .depth_files import (
@@ -223,7 +224,9 @@ class DepthReader(ScanReader):
                 for images in self._images
             ]
         self._n_images = sum(map(len, self._images))
-        super().__init__(path, replace(rig, cameras=tuple(cameras)), every, files)
+        is_count = max(map(abs, every)) <= largest_start  # not nanoseconds, for instance
+        numbered = every if is_count else [*range(len(every))]
+        super().__init__(path, replace(rig, cameras=tuple(cameras)), numbered, files)
         self._missing = tuple(lost)
         usual = usual_distance(every)
         away = {c.name: max(c.distance(n) for n in every) for c in rig.cameras}

@@ -155,8 +155,8 @@ def track(
     The template is placed in the first scan that has points: it stays where it is if it lies there,
     or else is moved rigidly, or else, in another pose, is registered. Where a scan is missing or
     empty, the mesh is carried on; a damaged depth image counts as missing. The result is doubtful
-    or probably ruined if many points are far from the mesh. It states no frames per second; a
-    conversion does.
+    or probably ruined if many points are far from the mesh. Frames have a rate if
+    the names of the scans are clock times; else, a conversion states it.
 
     Args:
         scans: point clouds (PLY, XYZ) or depth images (PNG, TIFF, OpenEXR, NPY), one file per
@@ -221,8 +221,7 @@ def track(
             mesh.header,
             metres_per_unit=units.template,
             n_frames=reader.n_frames,
-            fps=None,
-            **timing_of(reader.numbers),
+            **{"fps": None, **timing_of(reader.numbers)},
             attributes=["generation", "age", *(["standard_error"] if uncertainty else [])],
             standard_error_of="surface",
         )

@@ -16,6 +16,7 @@ from scipy.spatial.transform import Rotation, Slerp
 from sequences import assert_refused
 
 import dynmesh
+from dynmesh.formats.times import mean_rate
 from dynmesh.scans import DepthScan, Rig, ScanReader, open_scans, write_cameras
 
 OpenEXR: Any = import_module("OpenEXR")  # which has no types
@@ -399,3 +400,20 @@ def test_some_frames_are_tracked_by_their_numbers(tmp_path: Path) -> None:
         dynmesh.register(tmp_path / "body.obj", scans, frame=3)
     with pytest.raises(ValueError, match="frames: must be some of 10:15"):
         dynmesh.track(tmp_path, template=tmp_path / "body.obj", frames=slice(20, 22))
+
+
+def test_frames_are_called_by_the_seconds_since_the_first_if_names_are_clock_times(
+    tmp_path: Path,
+) -> None:
+    truth = moving_body(4)
+    dynmesh.write(tmp_path / "body.obj", truth[:1])
+    (tmp_path / "scans").mkdir()
+    for number, frame in enumerate(truth.vertices):
+        np.savetxt(tmp_path / "scans" / f"{1305031102.175 + 0.05 * number:.6f}.xyz", frame)
+    run = dynmesh.track(tmp_path / "scans", template=tmp_path / "body.obj")
+    run.write(tmp_path / "o.npz")
+    run.report.write_csv(tmp_path / "q.csv")
+    tracked = dynmesh.read(tmp_path / "o.npz")
+    assert mean_rate(tracked.header) == pytest.approx(20)
+    html = tracked.view(quality=tmp_path / "q.csv").html
+    assert "the frame at 0.150 s is good" in html

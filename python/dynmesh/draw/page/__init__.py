@@ -15,7 +15,7 @@ from ..._extras import require_all
 from ..._progress import tracked
 from ..._report import Report, some_of
 from ...formats import PathLike
-from ...formats.times import mean_rate
+from ...formats.times import are_clock_times, called, mean_rate
 from ...frame import Frames, frame_at
 from ...geometry import likely_up
 from ...scans import ScanReader, unit_of_scans
@@ -155,13 +155,15 @@ def page(
     guess = () if said else (f"assuming that {up} is up, as no file states it",)
     names = some_of(short_names([*reader.each]))
     notes = [names] * bool(names) + [f"shown: {shown}"] * bool(str(shown)) + [*guess]
+    numbers = reader.header.numbers.tolist()
     content = {
         "title": title or reader.path.name,
         "note": "; ".join(notes),  # above the panes, as the title
-        "numbers": [reader.header.number(index) for index in indices],
+        "names": [called(numbers[index], numbers) for index in indices],
+        "clock": are_clock_times(numbers),  # then names tell the seconds
         "first": _most_telling(frames),  # the index of that which is shown first
         "plays": reference is None,  # at once, from there
-        "last": reader.header.number(reader.n_frames - 1),
+        "last": called(numbers[-1], numbers).split(" ", 1)[1],
         "step": indices.step,
         "fps": mean_rate(reader.header),  # of the sequence, or None
         "colour": heatmap.colour,  # at first

@@ -3,7 +3,7 @@
 
 const part = (name) => document.getElementById(`dynmesh-${name}`);
 const play = part('play'), slider = part('frame'), speed = part('speed'), choice = part('colour');
-const last = told.numbers.length - 1;
+const last = told.names.length - 1;
 const usualRate = 25;
 
 document.title = told.title;
@@ -83,7 +83,7 @@ function show(frame) {
   wanted = frame;
   slider.value = frame;
   const seconds = told.fps ? `, ${(frame * told.step / told.fps).toFixed(2)} s` : '';
-  part('counter').textContent = `frame ${told.numbers[frame]} / ${told.last}${seconds}`;
+  part('counter').textContent = `${told.names[frame]} / ${told.last}${told.clock ? '' : seconds}`;
   draw();
 }
 function paint(index) {

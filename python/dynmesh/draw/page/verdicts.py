@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Literal, NamedTuple, get_args
 
 from ..._errors import InputError
+from ...formats.times import called
 from ...frame import Frames
 
 _Quality = Literal["unknown", "good", "doubtful", "ruined"]
@@ -54,7 +55,7 @@ def _verdict(path: Path, line: int, row: Mapping[str, str | None]) -> tuple[floa
         raise InputError(
             f"must be one of {choice}, not {stated!r}", argument=f"line {line}: quality", file=path
         )
-    return number, Verdict(quality, f"frame {number:g} is {quality}{reason and ': '}{reason}")
+    return number, Verdict(quality, f"is {quality}{reason and ': '}{reason}")
 
 
 def shown_verdicts(path: Path, reader: Frames, indices: range) -> list[Verdict]:
@@ -70,7 +71,9 @@ def shown_verdicts(path: Path, reader: Frames, indices: range) -> list[Verdict]:
     if others := verdicts.keys() - {*numbers}:
         reason = f"is of frame {min(others):g}, which {reader.path} does not have"
         raise InputError(reason, file=path)
-    every = [verdicts.get(n, Verdict("unknown", f"frame {n:g} is not judged")) for n in numbers]
+    none = Verdict("unknown", "is not judged")
+    found = [(called(n, numbers), *verdicts.get(n, none)) for n in numbers]
+    every = [Verdict(quality, f"{frame} {sentence}") for frame, quality, sentence in found]
     return [
         max(every[first : first + indices.step], key=lambda one: _QUALITIES.index(one.quality))
         for first in indices
