@@ -74,11 +74,12 @@ class OutputReport(Report):
 
 
 def write_csv(path: Path, kind: type, rows: Iterable[Any]) -> None:
-    """Writes a table with a row for each object of a dataclass."""
+    """Writes a table with a row for each object of a dataclass, and a column for each field."""
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
-        writer.writerow(field.name for field in dataclasses.fields(kind))
-        writer.writerows(dataclasses.astuple(one) for one in rows)
+        names = [field.name for field in dataclasses.fields(kind)]
+        writer.writerow(names)
+        writer.writerows([getattr(one, name) for name in names] for one in rows)
 
 
 def as_json(value: Any) -> Any:

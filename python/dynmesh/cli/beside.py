@@ -30,6 +30,7 @@ class Beside(NamedTuple):
         help: says what it is.
         fill: writes a report to a path, and returns what the command reports.
         is_needed: whether the command cannot do without.
+        is_ours: whether an existing file is replaced anyway, as it is of an earlier run.
     """
 
     key: str
@@ -37,6 +38,7 @@ class Beside(NamedTuple):
     help: str
     fill: Callable[[Any, Path, bool], Report]
     is_needed: bool = False
+    is_ours: Callable[[Path], bool] = lambda _: False
 
     @property
     def parameter(self) -> inspect.Parameter:
@@ -95,6 +97,18 @@ def _cameras(report: Any, path: Path, overwrite: bool) -> Report:
 _OF_SCAN = "a page to write with the scan and the result, coloured by the distance of points."
 _OF_RIG = "a page to write that shows the cameras, what they see, and the template."
 
+
+def _is_of_batch(path: Path) -> bool:
+    """Whether a file is a table that a batch has written."""
+    if not path.is_file():
+        return False
+    with path.open(encoding="utf-8", errors="replace") as file:
+        return file.readline().startswith(_FIRST_OF_BATCH)
+
+
+_FIRST_OF_BATCH = "input,output,status,quality,"
+_OF_BATCH = "a table to write with the quality of each job; one of an earlier run is replaced."
+
 BESIDE: dict[str, list[Beside]] = {
     "track": [
         Beside("csv", ".csv", "a table to write, with a row for each frame with points.", _table)
@@ -103,6 +117,7 @@ BESIDE: dict[str, list[Beside]] = {
     "evaluate": [Beside("csv", ".csv", "a table to write, with a row for each frame.", _table)],
     "view": [Beside("out", ".html", "the HTML file to write.", _itself, is_needed=True)],
     "picture": [Beside("out", ".png", "the PNG file to write.", _picture, is_needed=True)],
+    "batch": [Beside("csv", ".csv", _OF_BATCH, _table, is_ours=_is_of_batch)],
     "rig": [
         Beside("output", ".json", "a file to write with the corrected cameras.", _cameras),
         Beside("page", ".html", _OF_RIG, _page),
@@ -117,7 +132,7 @@ def checked(verb: str, values: Mapping[str, Any], overwrite: bool) -> list[tuple
     for one in BESIDE.get(verb, []):
         if values.get(one.key) is not None:
             path = path_of(one.key, values[one.key])
-            check_output(path, overwrite, one.suffix)
+            check_output(path, overwrite or one.is_ours(path), one.suffix)
             if one.fill is _page:
                 require_page(scans=verb == "registered")
             wanted.append((one, path))
@@ -127,5 +142,5 @@ def checked(verb: str, values: Mapping[str, Any], overwrite: bool) -> list[tuple
 def filled(report: Any, wanted: list[tuple[Beside, Path]], overwrite: bool) -> Any:
     """Writes the files; returns what the command reports."""
     for one, path in wanted:
-        report = one.fill(report, path, overwrite)
+        report = one.fill(report, path, overwrite or one.is_ours(path))
     return report

@@ -129,12 +129,13 @@ def _job(path: Path, line: int, columns: list[str], row: list[str], overwrite: b
     for option, column in options.items():
         words += [f"{option}={text.strip()}" for text in given[column].split(";")]
     try:
-        parameters, values = _options(kind, len(paths), *words)
+        values = _options(kind, len(paths), *words)
     except InputError as error:
         option = verb.option_of(error.argument or "") or ""
         is_header = isinstance(error.__context__, UnknownOptionError)
         place = options.get(option, error.argument)
         raise _wrong(path, 1 if is_header else line, place, error.reason) from error
+    parameters = inspect.signature(verb)
     names = [*parameters.parameters][: len(paths)]
     values = {**values, **dict(zip(names, paths, strict=True)), "overwrite": overwrite}
     folder = path.parent
@@ -158,10 +159,9 @@ def _job(path: Path, line: int, columns: list[str], row: list[str], overwrite: b
 
 
 @cache
-def _options(kind: str, n_paths: int, *words: str) -> tuple[inspect.Signature, dict[str, Any]]:
+def _options(kind: str, n_paths: int, *words: str) -> dict[str, Any]:
     """The values of options behind so many paths; many rows have the same, and binding is slow."""
-    arguments = bound(VERBS[kind], ["path"] * n_paths + [*words])
-    return arguments.signature, arguments.arguments
+    return bound(VERBS[kind], ["path"] * n_paths + [*words])
 
 
 def _paths_in(value: Any) -> Iterator[Path]:

@@ -14,7 +14,7 @@ from .._errors import InputError, in_one_line
 from .._extras import require
 from .._options import Method, Output
 from .._progress import tracked
-from .._report import Report, counted, listed
+from .._report import Quality, Report, aligned, counted, listed, write_csv
 from ..formats import PathLike
 from .cluster import Workers, workers_of
 from .failure import EXPECTED
@@ -25,9 +25,9 @@ Status: TypeAlias = Literal["done", "doubtful", "exists", "failed", "not run"]
 _WRONG: tuple[Status, ...] = ("failed", "not run", "doubtful")
 
 
-@dataclass(frozen=True)
-class Result:
-    """The result of a job.
+@dataclass(frozen=True, kw_only=True)
+class Row:
+    """The row of a job in the table of results.
 
     Attributes:
         input: the incomplete sequence, or the scans.
@@ -35,19 +35,30 @@ class Result:
         status: "done", "doubtful" if the output was written, now or earlier, but is probably wrong,
             "exists" if there was another one already, so that nothing was done, "failed", or "not
             run", as a job whose output is needed failed.
-        reason: why it is doubtful, failed or was not run, in one line.
+        quality: "good", "doubtful" or "ruined", of an output, as far as it is known; else "failed".
         frames: number of frames that were written.
         seconds: the time that the job took.
-        remarks: remarks about the output for the user, one line each.
-        traceback: where a fault of dynmesh itself arose; else empty.
+        reason: why it is doubtful, failed or was not run, in one line.
     """
 
     input: Path
     output: Path
     status: Status
-    reason: str = ""
+    quality: Quality = "failed"
     frames: int = 0
     seconds: float = 0.0
+    reason: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Result(Row):
+    """The result of a job.
+
+    Attributes:
+        remarks: remarks about the output for the user, one line each.
+        traceback: where a fault of dynmesh itself arose; else empty.
+    """
+
     remarks: tuple[str, ...] = ()
     traceback: str = ""
 
@@ -71,7 +82,7 @@ class BatchReport(Report):
     results: tuple[Result, ...]
 
     def lines(self) -> list[str]:
-        """Says what failed, what else to know of each output, and how many jobs were done."""
+        """Says what failed, what else to know of each output, and how good each is."""
         messages = []
         for result in self.results:
             messages += result.traceback.splitlines()
@@ -80,11 +91,22 @@ class BatchReport(Report):
         counts = Counter(result.status for result in self.results)
         doubtful = f"{counts['doubtful']} doubtful, " if counts["doubtful"] else ""
         not_run = f"{counts['not run']} not run, " if counts["not run"] else ""
+        folder, rows = self.output.parent, [["output", "quality", "frames", "seconds"]]
+        for one in self.results:
+            name = one.output.relative_to(folder) if folder in one.output.parents else one.output
+            quality = one.status if one.status == "not run" else one.quality
+            made = [f"{one.frames}", f"{one.seconds:.1f}"] if one.frames else [one.status]
+            rows.append([str(name), quality, *made])
         return [
             *messages,
+            *aligned(rows),
             f"{counts['done']} done, {doubtful}{counts['exists']} already there, "
             f"{not_run}{counts['failed']} failed of {len(self.results)} jobs",
         ]
+
+    def write_csv(self, path: PathLike) -> None:
+        """Writes the table of results, with a row for each job."""
+        write_csv(path_of("path", path), Row, self.results)
 
 
 def batch(
@@ -151,8 +173,12 @@ def _already(job: Job) -> Result | None:
         return None
     doubt = _doubt_of(job.output)
     if doubt:
-        return Result(job.input, job.output, "doubtful", doubt)
-    return Result(job.input, job.output, "exists", f"{job.output}: exists already")
+        return _result(job, "doubtful", "doubtful", doubt)
+    return _result(job, "exists", "good", f"{job.output}: exists already")
+
+
+def _result(job: Job, status: Status, quality: Quality = "failed", reason: str = "") -> Result:
+    return Result(input=job.input, output=job.output, status=status, quality=quality, reason=reason)
 
 
 def _run(
@@ -176,7 +202,7 @@ def _run(
                 raise
             why = f"{job.input}: the worker was lost: {in_one_line(error)}"
             failed = [lost[need] for need in job.needs if need in lost]
-            result = _not_run(job, failed) or Result(job.input, job.output, "failed", why)
+            result = _not_run(job, failed) or _result(job, "failed", reason=why)
             lost[i] = result
         yield i, result
 
@@ -186,7 +212,7 @@ def _not_run(job: Job, needed: Sequence[Result]) -> Result | None:
     for other in needed:
         if other.status in ("failed", "not run"):
             why = f"needs {other.output}, which could not be made"
-            return Result(job.input, job.output, "not run", why)
+            return _result(job, "not run", reason=why)
     return None
 
 
@@ -195,12 +221,13 @@ def run_job(job: Job, *needed: Result) -> Result:
     if (not_run := _not_run(job, needed)) is not None:
         return not_run
     began = time.monotonic()
-    result = Result(job.input, job.output, "failed")
+    result = _result(job, "failed")
     try:
         report = VERBS[job.kind](*job.arguments, **job.options)
         result = replace(
             result,
             status="done" if report.quality == "good" else "doubtful",
+            quality=report.quality,
             reason=report.reason,
             remarks=report.remarks,
             frames=getattr(report, "frames", 1),  # a registration has one

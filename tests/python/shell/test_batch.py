@@ -1,5 +1,6 @@
 """Tables of jobs, which run through Dask on this machine or wherever its scheduler has workers."""
 
+import csv
 import io
 import json
 import os
@@ -105,10 +106,11 @@ def test_ten_jobs_of_which_some_fail(
 def test_a_row_is_a_command_line(tmp_path: Path) -> None:
     table = tmp_path / "jobs.csv"
     table.write_text(
-        "input,scans,output,bidirectional,provenance,mask,method,training,threads,start,template,gaps\n"
-        'a.npz,,b.npz,no,yes,"a, mask.npy",,one.npz; two.npz,,,,lost\n'
-        "c.npz,,d.npz,,,,motion,,,7,,\n"
-        ",g,h.npz,,,,,,2,,t.ply,\n",
+        "input,scans,output,bidirectional,provenance,mask,method,training,threads,start,template,"
+        "gaps,prim\n"
+        'a.npz,,b.npz,no,yes,"a, mask.npy",,one.npz; two.npz,,,,lost,\n'
+        "c.usd,,d.usd,,,,motion,,,7,,,/a; /b\n"
+        ",g,h.npz,,,,,,2,,t.ply,,\n",
         encoding="utf-8",
     )
     first, second, tracking = read_jobs(table)
@@ -121,7 +123,9 @@ def test_a_row_is_a_command_line(tmp_path: Path) -> None:
         "training": [tmp_path / "one.npz", tmp_path / "two.npz"],
         "overwrite": False,
     }
-    assert second.options == {"method": "motion", "start": 7, "overwrite": False}
+    assert second.options == {
+        "method": "motion", "start": 7, "prim": ["/a", "/b"], "overwrite": False
+    }  # fmt: skip
     assert (tracking.kind, tracking.arguments) == ("scans", (tmp_path / "g", tmp_path / "h.npz"))
     assert tracking.options == {"template": tmp_path / "t.ply", "threads": 2, "overwrite": False}
 
@@ -222,6 +226,19 @@ def test_what_exists_needs_no_workers(tmp_path: Path, monkeypatch: pytest.Monkey
     Path("jobs.csv").write_text("input,output\nNone.npz,o.npz\nb.npz,p_%04d.ply\n")
     hide(monkeypatch, "distributed")
     assert "0 done, 2 already there, 0 failed of 2" in run("batch", "jobs.csv").stderr
+    Path("o.npz.doubtful.txt").write_text("it is odd")
+    for _ in range(2):  # the table of an earlier run is replaced, no other file
+        said = run("batch", "jobs.csv", "--csv", "q.csv", code=3).stderr.splitlines()
+        assert [line.split()[1:3] for line in said[-3:-1]] == [
+            ["o.npz", "doubtful"], ["p_%04d.ply", "good"]
+        ]  # fmt: skip
+        with Path("q.csv").open() as file:
+            rows = list(csv.DictReader(file))
+        assert [row["quality"] for row in rows] == ["doubtful", "good"]
+        assert rows[0]["reason"] == "it is odd"
+    before = Path("jobs.csv").read_text()
+    assert "exists already" in run("batch", "jobs.csv", "--csv", "jobs.csv", code=1).stderr
+    assert Path("jobs.csv").read_text() == before
 
 
 def test_a_fault_in_a_job_shows_where(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
