@@ -2,7 +2,6 @@
 /// frame by frame in turns, one thread. Prints the median milliseconds of a frame, their ratio, and
 /// how far the results are apart, in mean edges. `dynmesh-motion-loop [TEMPLATE]`: an OBJ or PLY
 /// file; a torus of 10 000 vertices without.
-#include <Eigen/Core>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -22,14 +21,14 @@ namespace dynmesh {
 namespace {
 
 using Numbers = std::vector<float>;  // x, y, z of each vertex
-using Four = Eigen::Array4f;
+using Four [[gnu::vector_size(16)]] = float;
 
 /// What the method takes without checks of its arguments, reports, states, strides and threads.
 class PlainLoop {
  public:
   PlainLoop(const Cells& cells, const Numbers& first)
       : cells_(cells), last_(cells.size()), d_(cells.size()), s_(cells.neighbours.size()) {
-    for (std::size_t v = 0; v < last_.size(); ++v) last_[v] = row(first, v);
+    for (std::size_t v = 0; v < last_.size(); ++v) last_[v] = row(first, v, 0);
     next_ = d_;
     generation_.resize(last_.size());
   }
@@ -37,30 +36,39 @@ class PlainLoop {
   void push(const Numbers& points, Numbers& completed) {
     missing_.clear();
     for (std::size_t v = 0; v < last_.size(); ++v) {
-      const Four moved = row(points, v) - last_[v];
-      const bool is_known = std::isfinite(moved[0] + moved[1] + moved[2]);
-      d_[v] = next_[v] = is_known ? Four(moved[0], moved[1], moved[2], 1) : Four(Four::Zero());
+      const Four given = row(points, v, 1);
+      const Four nothing = given - given;  // NaN where a number is not finite
+      const bool is_known = nothing[0] == 0 && nothing[1] == 0 && nothing[2] == 0;
+      d_[v] = is_known ? given - last_[v] : Four{};
+      next_[v] = d_[v];
       generation_[v] = is_known ? 0 : -1;
-      if (!is_known) missing_.push_back(v);
+      if (!is_known) missing_.push_back(static_cast<Index>(v));
     }
     float* s = s_.data();
-    for (const std::size_t j : missing_) {
+    const Four* const last = last_.data();
+    for (const Index j : missing_) {
       for (const Index i : cells_[j]) {
-        *s++ = 1 / std::max((last_[i] - last_[j]).square().head<3>().sum(), 1e-20F);
+        const Four edge = last[i] - last[j];
+        const Four squares = edge * edge;
+        *s++ = 1 / std::max(squares[0] + squares[1] + squares[2], 1e-20F);
       }
     }
     int reached = 1;
     for (int t = 1; reached > 0; ++t) reached = iterate(t);
+    for (const Index j : missing_) {
+      if (generation_[j] > 0) d_[j] *= 1 / d_[j][3];
+    }
     for (std::size_t v = 0; v < last_.size(); ++v) {
-      const float weight = d_[v][3];
-      if (weight > 0) last_[v] += Four(d_[v][0], d_[v][1], d_[v][2], 0) / weight;  // (3)
-      for (std::size_t c = 0; c < 3; ++c) completed[3 * v + c] = last_[v][static_cast<Index>(c)];
+      Four moved = d_[v];
+      moved[3] = 0;
+      last_[v] += moved;  // (3)
+      for (std::size_t c = 0; c < 3; ++c) completed[3 * v + c] = last_[v][c];
     }
   }
 
  private:
-  static Four row(const Numbers& of, std::size_t v) {
-    return {of[3 * v], of[3 * v + 1], of[3 * v + 2], 0};
+  static Four row(const Numbers& of, std::size_t v, float last) {
+    return Four{of[3 * v], of[3 * v + 1], of[3 * v + 2], last};
   }
 
   /// Returns how many satellites it reached. With none, it changes nothing.
@@ -68,15 +76,17 @@ class PlainLoop {
     const auto after = static_cast<float>(t + 1);
     int reached = 0;
     const float* s = s_.data();
-    for (const std::size_t j : missing_) {
-      Four sum = Four::Zero();
-      for (const Index i : cells_[j]) sum += *s++ * d_[i];  // (4)
+    const Four* const d = d_.data();
+    Four* const next = next_.data();
+    for (const Index j : missing_) {
+      Four sum = {};
+      for (const Index i : cells_[j]) sum += *s++ * d[i];  // (4)
       if (!(sum[3] > 0)) continue;
       if (generation_[j] < 0) {
         generation_[j] = t;
         ++reached;
       }
-      next_[j] = (after - static_cast<float>(generation_[j])) / (after * sum[3]) * sum;
+      next[j] = (after - static_cast<float>(generation_[j])) / (after * sum[3]) * sum;
     }
     if (reached > 0) std::swap(d_, next_);
     return reached;
@@ -86,7 +96,7 @@ class PlainLoop {
   std::vector<Four> last_, d_, next_;
   std::vector<float> s_;
   std::vector<int> generation_;
-  std::vector<std::size_t> missing_;
+  std::vector<Index> missing_;
 };
 
 /// A frame of a body that waves.
@@ -129,7 +139,7 @@ void compare(const char* label, float share, Faces faces, Points<const float> fi
   std::vector<double> times, plain_times;
   Numbers completed(start), plain(start);
   double apart = 0;
-  for (int t = 1; t <= 200; ++t) {
+  for (int t = 1; t <= 400; ++t) {
     Numbers given = frame_of(first, t);
     for (std::size_t v = 0; v < first.count; ++v) {
       if (share > 0 ? is_drawn(random) : first(v, 0) > 0) continue;
