@@ -13,7 +13,7 @@ namespace dynmesh {
 /// Each vertex is in one cluster. Most clusters are a cell whose vertices are in no other cluster.
 struct Clusters {
   using Weights = Eigen::SparseMatrix<double, Eigen::RowMajor, Index>;
-  static constexpr Index typical_size = 7;  ///< vertices
+  static constexpr Index typical_size = 8;  ///< vertices
 
   std::vector<Index> of_vertex;  ///< (k,)
   std::vector<Index> centres;    ///< (clusters,) a vertex of each
