@@ -29,7 +29,7 @@ constexpr double thickness = 1.5;  // mean edges
 /// Fewer points around a line of sight tell nothing of it.
 constexpr int fewest_on_line = 3;
 /// To so many of the other points at most, the distance is measured.
-constexpr std::size_t most_others = 32;
+constexpr std::size_t most_other_points = 32;
 
 /// How near a point must be to lie on the surface.
 double reach_of(double noise, double mean_edge) {
@@ -112,7 +112,7 @@ void spread(const BentSurface& surface, double distance, std::vector<std::uint8_
 /// The median distance from the surface to some points, of which a few are enough.
 double distance_to(const BentSurface& surface, const std::vector<Vector3>& points) {
   std::vector<double> distances;
-  const std::size_t every = 1 + points.size() / most_others;
+  const std::size_t every = 1 + points.size() / most_other_points;
   for (std::size_t i = 0; i < points.size(); i += every) {
     double nearest = std::numeric_limits<double>::infinity();
     for (const Vector3& x : surface.x) nearest = std::min(nearest, squared_norm(x - points[i]));
