@@ -31,12 +31,26 @@ def size_of(points: Positions) -> float:
 
 
 def likely_up(first: Positions, said: str | None) -> str:
-    """Returns the up axis: as a file states it, else z for a flat sheet, else y."""
+    """Returns the up axis: as a file states it, else z for a flat sheet or what is tall, else y.
+
+    That is tall which is much higher in z than in y, and not much lower than it is wide.
+    """
     if said is not None:
         return said
     finite = first[np.isfinite(first).all(axis=1)]
-    extent = np.ptp(finite, axis=0) if len(finite) else np.ones(3)
-    return "z" if extent.argmin() == 2 and extent[2] < 0.25 * extent.max() else "y"
+    _, y, z = extent = np.ptp(finite, axis=0) if len(finite) else np.ones(3)
+    is_flat = extent.argmin() == 2 and z < _FLAT * extent.max()
+    is_tall = z > _TALL * y and z > 0.9 * extent.max()
+    return "z" if is_flat or is_tall else "y"
+
+
+_FLAT, _TALL = 0.25, 2.0
+"""How high a sheet is at most, by its longest side; and something tall, by the other axis."""
+
+
+def assumed(up: str) -> str:
+    """The remark on an up axis that is a guess."""
+    return f"assuming that {up} is up, as no file states it"
 
 
 def vertex_normals(faces: NDArray[np.integer[Any]], points: Floats) -> Floats:

@@ -39,6 +39,7 @@ class StartFrame:
         files: those that hold a template.
         sought: whether it was found by a search for the first whole frame.
         made: what was put together from other frames; None if the frame was whole.
+        header: what a template states, where the sequence does not state it.
         polygons: the faces that the output keeps, of a template.
         origin: the file whose contents the output keeps, of a template.
     """
@@ -48,6 +49,7 @@ class StartFrame:
     files: tuple[Path, ...] = ()
     sought: bool = False
     made: WholeFrame | None = None
+    header: Header | None = None
     polygons: Polygons | None = None
     origin: Origin | None = None
 
@@ -143,6 +145,7 @@ def open_with_template(
                 first.astype(source.dtype),
                 -1,
                 tuple(whole.files),
+                header=whole.header,
                 polygons=shown.header.polygons,
                 origin=origin,
             )

@@ -79,6 +79,9 @@ class Heatmap(Sources):
         self.colour = wanted or self.colours[0]
         if {"error", "standard_error"} & set(self.colours):
             _ = self.unit  # refuses errors without a unit before any frame is read
+        elif self.colour_range is not None:
+            message = "is that of errors and standard errors, of which there are none"
+            raise InputError(message, argument="colour_range", value=self.colour_range)
 
     def frames(self, numbers: range) -> Iterator[ShownFrame]:
         """Yields frames of ascending numbers."""

@@ -7,12 +7,13 @@ from typing import Any
 
 import numpy as np
 
+from .._arrays import Positions
 from .._errors import InputError
 from .._extras import require, require_all
 from .._progress import tracked
 from ..formats.times import called
 from ..frame import Frames, frame_at
-from ..geometry import likely_up
+from ..geometry import assumed, likely_up
 from . import figures
 from .figures import SURFACE_COLOUR, Image, View
 from .heatmap import Heatmap, ShownFrame, stated_up, whole_faces
@@ -38,6 +39,7 @@ def drawn(
     indices: Sequence[int],
     reference: Frames | None = None,
     colour: Colour | None = None,
+    colour_range: tuple[float, float] | None = None,
     title: str | None = None,
     up: str | None = None,
     azimuth: float = 60.0,
@@ -46,6 +48,7 @@ def drawn(
 ) -> Any:
     """Draws frames of a sequence on one sheet, all at the same scale, with one colour bar.
 
+    Each is in the middle of its cell, wherever it moves.
     Triangles with a missing vertex are left out; remaining vertices without a triangle become dots.
     The indices are those of the frames, one or several, and the size is that of each, in pixels
     each way. The other options are those of :func:`dynmesh.draw.page.page`.
@@ -59,19 +62,26 @@ def drawn(
         raise InputError(
             f"requires the colour error or standard_error, not {colour}", argument="reference"
         )
-    heatmap = Heatmap(reader, reference=reference, wanted=colour)
+    heatmap = Heatmap(reader, reference=reference, colour_range=colour_range, wanted=colour)
     each = (one for index in indices for one in heatmap.frames(range(index, index + 1)))
     frames = list(tracked(each, len(indices), "reading", progress))
-    seen = np.concatenate([frame.points[frame.visible] for frame in frames])
-    if not len(seen):
+    centred = [_centred(frame.points[frame.visible]) for frame in frames if frame.visible.any()]
+    if not centred:
         raise InputError("no vertex is known in these frames", file=reader.path)
     scale = heatmap.scale(heatmap.colour, frames)
-    up = up or likely_up(frame_at(reader, 0).points, stated_up(reader, reference))
+    said = up or stated_up(reader, reference)
+    up = said or likely_up(frame_at(reader, 0).points, None)
     numbers = reader.header.numbers.tolist()
     captions = [called(numbers[frame.number], numbers) for frame in frames]
-    view = View.of(seen, up, azimuth, (size, size))
+    view = View.of(np.concatenate(centred), up, azimuth, (size, size))
     images = figures.cropped([_draw(heatmap, frame, scale, view) for frame in frames])
-    return contact_sheet(title or reader.path.name, images, captions, scale)
+    sheet = contact_sheet(title or reader.path.name, images, captions, scale)
+    sheet.info["remarks"] = () if said else (assumed(up),)
+    return sheet
+
+
+def _centred(points: Positions) -> Positions:
+    return np.asarray(points - (points.min(axis=0) + points.max(axis=0)) / 2)
 
 
 def _draw(heatmap: Heatmap, frame: ShownFrame, scale: Scale | None, view: View) -> Image:
@@ -81,6 +91,8 @@ def _draw(heatmap: Heatmap, frame: ShownFrame, scale: Scale | None, view: View) 
     if scale is not None:
         places[frame.visible] = scale.position(frame.values[heatmap.colour][frame.visible])
     points = np.where(frame.visible[:, None], frame.points, 0)
+    if frame.visible.any():
+        view = view.around(frame.points[frame.visible])
     return figures.render(faces, points, view, places, colours, alone)
 
 

@@ -45,7 +45,8 @@ class LengthUnit(NamedTuple):
 class Sources:
     """The shown sequence, the true one, that with the vertices that were observed, and scans.
 
-    The unit of the scans is `scan_factor` times that of the sequence.
+    The unit of the scans is `scan_factor` times that of the sequence. The colours of errors have
+    the `colour_range`, in the unit in which they are shown; else, it follows from them.
     """
 
     reader: Frames
@@ -53,6 +54,7 @@ class Sources:
     input: Frames | None = None
     scans: ScanReader | None = None
     scan_factor: float = 1.0
+    colour_range: tuple[float, float] | None = None
 
     @cached_property
     def diagonal(self) -> float:
@@ -198,8 +200,24 @@ def _standard_error(sources: Sources, moment: Moment) -> Values:
     return np.where(finite, of_distances, of_distances.max(initial=0.0, where=finite))
 
 
+def range_of(given: str | tuple[float, float] | None) -> tuple[float, float] | None:
+    """The least and the largest value of a range such as "0.1:10"; None if none is given."""
+    if given is None:
+        return None
+    message, argument = "must be two numbers, as in 0.1:10, from 0 on and ascending", "colour_range"
+    try:
+        low, high = map(float, given.split(":") if isinstance(given, str) else given)
+    except (TypeError, ValueError):
+        raise InputError(f"{message}, not {given!r}", argument=argument, value=given) from None
+    if not 0 <= low < high < math.inf:
+        raise InputError(f"{message}, not {low:g}:{high:g}", argument=argument, value=given)
+    return low, high
+
+
 def _length_scale(name: str, sources: Sources, seen: Seen) -> Scale:
     unit = sources.unit
+    if sources.colour_range is not None:
+        return measure_scale(f"{name} in {unit.words}", unit.sign, *sources.colour_range)
     # Less than the maximum: with one outlier, everything else would have one colour.
     most = max((float(np.percentile(values, 99)) for values in seen if len(values)), default=0.0)
     smallest = _SMALLEST_LIMIT * sources.diagonal * unit.per_unit or math.ulp(0.0)

@@ -203,8 +203,11 @@ def complete(
         learnt = Training(training, source, progress)
         more = ["known"] * (drop_above is not None)
         more += ["standard_error"] * (uncertainty or bidirectional)
+        states = source.header if first is None or first.header is None else first.header
         header = replace(
             source.header,
+            up_axis=source.header.up_axis or states.up_axis,
+            metres_per_unit=source.header.metres_per_unit or states.metres_per_unit,
             polygons=source.header.polygons if first is None else first.polygons,
             attributes=["generation", "age", *more],
             standard_error_of="position",

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 from .._checks import check_integer
 from .._options import Input, Method, Output
 from ..draw.picture import drawn, evenly_spaced
-from ..draw.quantities import Alone
+from ..draw.quantities import Alone, range_of
 from ..formats import OneSequence, Source
 from ..formats.comparison import remarks_of
 from ..formats.times import index_of
@@ -25,6 +25,7 @@ def picture(
     reference: Input[OneSequence | None] = None,
     source: Source | None = None,
     colour: Method[Alone | None] = None,
+    colour_range: Method[str | tuple[float, float] | None] = None,
     title: Method[str | None] = None,
     up: Method[Axis | None] = None,
     azimuth: Method[float] = 60.0,
@@ -44,6 +45,8 @@ def picture(
         source: how to read the sequence; faces and the mesh are those of the reference, too.
         colour: what colours show, as in a page: "error", "generation", "age", "standard_error",
             "known", "mesh", which names several meshes, or "plain".
+        colour_range: the range of the colours of errors and standard errors, such as 0.1:10, in the
+            unit in which they are shown; else, both have that of the errors.
         title: the heading; else, the name of the file.
         up: the up axis; else, as a file states it, or a guess.
         azimuth: the viewing angle around the up axis, in degrees.
@@ -52,6 +55,7 @@ def picture(
     """
     check_integer("size", size, 16)
     check_integer("count", count, 1)
+    shown_range = range_of(colour_range)
     with opened_together(sequence, reference, None, source or {}) as (own, truth, _):
         if frames is None:
             indices = evenly_spaced(own.n_frames, count)
@@ -63,11 +67,12 @@ def picture(
             indices=indices,
             reference=truth,
             colour=colour,
+            colour_range=shown_range,
             title=title,
             up=up,
             azimuth=azimuth,
             size=size,
             progress=progress,
         )
-        result.info["remarks"] = remarks_of(own, truth)
+        result.info["remarks"] = (*result.info["remarks"], *remarks_of(own, truth))
     return result

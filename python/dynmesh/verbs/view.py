@@ -12,7 +12,7 @@ from .._errors import InputError
 from .._options import Input, Method
 from ..draw.page import Page, page, require_page, scan_factor
 from ..draw.page.pick import pick_page
-from ..draw.quantities import Colour
+from ..draw.quantities import Colour, range_of
 from ..formats import OneSequence, PathLike, Source
 from ..formats.comparison import remarks_of
 from ..frame import Frames
@@ -35,6 +35,7 @@ def view(
     pick: Input[PathLike | None] = None,
     source: Source | None = None,
     colour: Method[Colour | None] = None,
+    colour_range: Method[str | tuple[float, float] | None] = None,
     title: Method[str | None] = None,
     up: Method[Axis | None] = None,
     azimuth: Method[float] = 60.0,
@@ -69,6 +70,8 @@ def view(
         colour: what colours show at first: "error", "generation", "age", "standard_error", "known",
             "mesh", which names several meshes, "distance", from the nearest point of the scans, or
             "plain"; else, the first of them that there is.
+        colour_range: the range of the colours of errors and standard errors, such as 0.1:10, in the
+            unit in which they are shown; else, both have that of the errors.
         title: the heading; else, the name of the file.
         up: the up axis; else, as a file states it, or a guess.
         azimuth: the viewing angle around the up axis, in degrees.
@@ -81,6 +84,7 @@ def view(
     check_integer("max_frames", max_frames, 1)
     check_integer("max_vertices", max_vertices, 4)
     require_page(scans=scans is not None)
+    shown_range = range_of(colour_range)
     room = Background(crop, remove_planes)
     needs_scans: dict[str, Any] = {
         "scan_unit": scan_unit,
@@ -92,7 +96,8 @@ def view(
         if value is not None and scans is None:
             raise InputError("is that of `scans`, which are not given", argument=name)
     if pick is not None:
-        others = {"reference": reference, "input": input, "quality": quality, "colour": colour}
+        others: dict[str, Any] = {"reference": reference, "input": input, "quality": quality}
+        others |= {"colour": colour, "colour_range": colour_range}
         pick = path_of("pick", pick)
         _check_pick(pick, scans, {**others, "scan_unit": scan_unit})
     table = None if quality is None else path_of("quality", quality)
@@ -118,6 +123,7 @@ def view(
                 scan_unit=scan_unit,
                 quality=table,
                 colour=colour,
+                colour_range=shown_range,
                 title=title,
                 up=up,
                 azimuth=azimuth,

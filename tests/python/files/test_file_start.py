@@ -223,6 +223,15 @@ def test_a_template_stands_before_frame_0(tmp_path: Path, stored: Path) -> None:
     np.testing.assert_array_equal(dynmesh.read(output).vertices, expected)
 
 
+def test_a_template_says_the_unit_and_the_axis_where_the_sequence_does_not() -> None:
+    silent = replace(TRUTH, up_axis=None, metres_per_unit=None, known=None)
+    whole = replace(TRUTH[:1], up_axis="z", metres_per_unit=0.01)
+    made: Any = dynmesh.complete(silent, template=whole)
+    assert (made.up_axis, made.metres_per_unit) == ("z", 0.01)
+    made = dynmesh.complete(replace(silent, up_axis="y"), template=replace(whole, up_axis=None))
+    assert (made.up_axis, made.metres_per_unit) == ("y", 0.01)
+
+
 @pytest.mark.usefixtures("stored")
 def test_a_template_lends_its_faces(tmp_path: Path) -> None:
     """Scanners write points alone, and point caches hold no faces."""

@@ -11,7 +11,7 @@ from browser import bluish, reddish
 from commands import hide
 from meshes import Array, Mesh, sheet
 from reference import directed_edges, mean_edge
-from shown import HOLED, MOVING, TRUTH
+from shown import COMPLETED, HOLED, MESH, MOVING, TRUTH
 
 import dynmesh
 from dynmesh import Sequence, metrics, write
@@ -249,8 +249,58 @@ def test_triangles_with_a_missing_vertex_are_left_out() -> None:
     assert np.flatnonzero(alone).tolist() == [4, 6, 7]
 
 
-def test_up_is_what_the_files_say_or_across_a_flat_sheet(mesh: Mesh) -> None:
+def test_a_sheet_of_frames_has_no_room_for_where_the_mesh_was_before() -> None:
+    """Each frame is in the middle, at one scale, however far the mesh moves."""
+    far = np.arange(4)[:, None, None] * np.array([30.0, 0, 7])
+    still, moving = (
+        np.asarray(
+            dynmesh.picture(Sequence(MESH.vertices + x, MESH.faces), up="z", count=4)
+        ).astype(int)
+        for x in (0 * far, far)
+    )
+    assert moving.shape == still.shape
+    assert np.mean(np.abs(moving - still)) < 2
+
+
+@pytest.mark.parametrize("colour", ["error", "standard_error"])
+def test_errors_and_standard_errors_have_one_range_or_that_which_is_given(colour: Colour) -> None:
+    k = TRUTH.vertices.shape[1]
+    bars = np.full((9, k), 3.0, np.float32)
+    done = replace(COMPLETED, standard_error=bars)
+    given, own = (Heatmap(done, reference=TRUTH, colour_range=one) for one in ((0.5, 50.0), None))
+    frames = list(own.frames(range(9)))
+    scales = [own.scale(name, frames) for name in ("error", "standard_error")]
+    assert len({str(scale and scale.ticks) for scale in scales}) == 1
+    scale = given.scale(colour, frames)
+    assert scale is not None
+    np.testing.assert_allclose(scale.position(np.array([0.5, 5, 50])), [0, 0.5, 1], atol=1e-6)
+    assert scale.ticks[-1].label == "50 % or more"
+
+
+@pytest.mark.parametrize("bad", ["1", "2:1", "a:b", "-1:2", (1, np.nan), "0:inf", 3])
+def test_what_is_no_range_of_colours_is_refused(bad: Any) -> None:
+    for verb in (dynmesh.view, dynmesh.picture):
+        with pytest.raises(ValueError, match="colour_range: must be two numbers"):
+            verb(COMPLETED, reference=TRUTH, colour_range=bad)
+        with pytest.raises(ValueError, match=r"colour_range: .* there are none"):
+            verb(TRUTH, colour_range="1:2")
+
+
+def test_what_is_assumed_to_be_up_is_told_where_it_is_shown() -> None:
+    tall = Sequence(SEQUENCE.vertices[..., [0, 2, 1]], SEQUENCE.faces)
+    assert dynmesh.picture(tall, count=1).info["remarks"] == (
+        "assuming that z is up, as no file states it",
+    )
+    assert "assuming that z is up" in tall._repr_html_()
+    said = replace(tall, up_axis="y")
+    assert dynmesh.picture(said, count=1).info["remarks"] == ()
+    assert "assuming" not in said._repr_html_()
+
+
+def test_up_is_what_the_files_say_or_across_a_flat_sheet_or_along_what_is_tall(mesh: Mesh) -> None:
     assert likely_up(mesh.vertices, None) == "z"
+    assert likely_up(mesh.vertices[:, [0, 2, 1]], None) == "z"
+    assert likely_up(mesh.vertices[:, [0, 2, 1]] * [3, 1, 1], None) == "y"
     assert likely_up(np.roll(mesh.vertices, 1, axis=1), None) == "y"
     assert likely_up(mesh.vertices, "y") == "y"
     sheet = Sequence(mesh.vertices[None], mesh.faces)

@@ -17,7 +17,7 @@ from ..._report import Report, some_of
 from ...formats import PathLike
 from ...formats.times import are_clock_times, called, mean_rate
 from ...frame import Frames, frame_at
-from ...geometry import likely_up
+from ...geometry import assumed, likely_up
 from ...scans import ScanReader, unit_of_scans
 from ..figures import View
 from ..heatmap import Heatmap, ShownFrame, stated_up
@@ -104,6 +104,7 @@ def page(
     scan_unit: str | float | None = None,
     quality: Path | None = None,
     colour: Colour | None = None,
+    colour_range: tuple[float, float] | None = None,
     title: str | None = None,
     up: str | None = None,
     azimuth: float = 60.0,
@@ -130,7 +131,7 @@ def page(
                 file=scans.path,
             )
         factor = scan_factor(scans, scan_unit, reader)
-    heatmap = Heatmap(reader, reference, input, scans, factor, wanted=colour)
+    heatmap = Heatmap(reader, reference, input, scans, factor, colour_range, wanted=colour)
     first_points = frame_at(reader, 0).points
     with locating(file=reader.path):
         kept, faces = thin(reader.faces, first_points, max_vertices)
@@ -152,7 +153,7 @@ def page(
         captions = {**captions, "reference": _caption(reference.path.name, "the reference")}
     said = up or stated_up(reader, reference, input)
     up = said or likely_up(first_points, None)
-    guess = () if said else (f"assuming that {up} is up, as no file states it",)
+    guess = () if said else (assumed(up),)
     names = some_of(short_names([*reader.each]))
     notes = [names] * bool(names) + [f"shown: {shown}"] * bool(str(shown)) + [*guess]
     numbers = reader.header.numbers.tolist()
