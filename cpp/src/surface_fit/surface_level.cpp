@@ -70,8 +70,10 @@ FittedSurface SurfaceLevel::refine(std::vector<Vector3> x, const Memory& memory,
                                    Memory& next) {
   next.fit = memory.fit;
   auto visibility = matcher_.visibility_of(x, scan);
+  const LearnedTies& ties = step_.ties();
+  auto weighted = ties.weighted(ties.departed(x, next.q, memory.departures));
   SurfaceFrame frame{std::move(x), matcher_.points_of(scan), std::move(visibility),
-                     step_.ties().weighted(step_.ties().no_departures())};
+                     std::move(weighted)};
   frame.iterations = iterations;
   std::optional<Preconditioner> preconditioner;
   double largest = std::numeric_limits<double>::infinity();
