@@ -13,6 +13,7 @@ from scipy.spatial import cKDTree
 
 import dynmesh
 from dynmesh import Tracker, losses
+from dynmesh.tracker import Resolution
 
 FRAMES = 10
 
@@ -240,11 +241,12 @@ def test_a_part_that_left_between_two_frames_is_found() -> None:
     assert errors[:, labels == 0].mean(axis=1).max() < 0.3
 
 
-def test_a_part_without_points_is_told_to_be_lost() -> None:
+@pytest.mark.parametrize("resolution", ["best", 1500])
+def test_a_part_without_points_is_told_to_be_lost(resolution: Resolution) -> None:
     """A body that has parted from the others, and then is measured no more, stays and is named."""
     faces, frames, labels = frames_of(bodies_that_part)
     cameras = losses.orbit(np.stack([frames.min(axis=(0, 1)), frames.max(axis=(0, 1))]), 4)(0)
-    tracker = Tracker(faces, frames[0])
+    tracker = Tracker(faces, frames[0], resolution=resolution)
     scans = losses.scan_points(frames[1:], faces, cameras, points=12_000, noise=0.05)
     for number, (truth, scan) in enumerate(zip(frames[1:], scans, strict=True)):
         of_last = labels[cKDTree(truth).query(scan.points)[1]] == 3
