@@ -116,36 +116,35 @@ def open(
         template, chosen = _template(faces), format_of(path, format)
         path = existing_file(path, chosen)
         frames = chosen.open(path, faces=template, prim=prim, gaps=gaps, primvar=primvar)
+        has_masks = frames.header.has_known or known is not None
+        if least_confidence is not None and not (has_masks or frames.each):
+            message = "is that of known masks, of which there are none"
+            raise InputError(message, argument="least_confidence", value=least_confidence)
     if isinstance(frames, Sequence):  # as a simple format of another package reads it
         frames = frames.named(str(path), [path])
     try:
-        if isinstance(frames, UsdMeshes):
-            return _masked_each(frames, known, missing, least_confidence)
-        if least_confidence is not None and known is None:
-            if not frames.header.has_known:
-                message = "is that of known masks, of which there are none"
-                raise InputError(message, argument="least_confidence", value=least_confidence)
-            frames.least_confidence = least_confidence
-        if known is None and missing is None:
-            return frames
-        return MaskedFrames(frames, known, missing, least_confidence)
+        return _masked(frames, known, missing, least_confidence)
     except BaseException:
         frames.close()
         raise
 
 
-def _masked_each(
-    frames: UsdMeshes, known: Any, missing: float | None, least_confidence: float | None
-) -> UsdMeshes:
-    """Several meshes, of which each has its own masks, before it is moved to its place."""
-    if known is not None:
-        message = "is of a single mesh; of several, name a primvar, as primvars:known"
-        raise InputError(message, argument="known")
-    for one in frames.each.values():
-        one.least_confidence = least_confidence
-    if missing is not None:
-        frames.each = {n: MaskedFrames(one, None, missing) for n, one in frames.each.items()}
-    return frames
+def _masked(
+    frames: Stored, known: Any, missing: float | None, least_confidence: float | None
+) -> Stored:
+    """The frames with masks as they are given; of several meshes, each before it is moved."""
+    if isinstance(frames, UsdMeshes):
+        if known is not None:
+            message = "is of a single mesh; of several, name a primvar, as primvars:known"
+            raise InputError(message, argument="known")
+        each = frames.each.items()
+        frames.each = {name: _masked(one, None, missing, least_confidence) for name, one in each}
+        return frames
+    if least_confidence is not None and known is None and frames.header.has_known:
+        frames.least_confidence = least_confidence
+    if known is None and missing is None:
+        return frames
+    return MaskedFrames(frames, known, missing, least_confidence)
 
 
 def meshes_of(path: PathLike, format: str | None = None) -> Mapping[str, bool]:

@@ -191,10 +191,11 @@ def not_read(moved_by: Collection[str], unknown: str) -> tuple[str, ...]:
 
 def choose_mesh(meshes: Mapping[str, bool], prim: str | Iterable[str] | None) -> str:
     """Chooses a mesh by its path, else the only one that moves, else the only one."""
-    if not isinstance(prim, str | None):
-        prim, *others = prim
-        if others:
-            raise InputError("several meshes together are only for USD", argument="prim")
+    names = [prim] if isinstance(prim, str) else [*(prim or ())]
+    names = [*meshes] if names == ["all"] else names
+    if len(names) > 1:
+        raise InputError("several meshes together are only for USD", argument="prim")
+    prim = names[0] if names else None
     if not meshes:
         raise InputError("contains no polygon mesh")
     if prim is not None:
