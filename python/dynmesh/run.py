@@ -63,9 +63,6 @@ class Run(Frames, Generic[R]):
         """Makes all frames, from the first on.
 
         The report is there before the last one is yielded, after which nobody may ask for more.
-
-        Raises:
-            ValueError: they were gone through before.
         """
         self._check_open()
         if self._has_begun:
@@ -99,11 +96,7 @@ class Run(Frames, Generic[R]):
 
     @property
     def report(self) -> R:
-        """What was done.
-
-        Raises:
-            ValueError: not all frames have been made yet.
-        """
+        """What was done, as soon as all frames have been made."""
         if self._report is None:
             message = "there is none yet: call read() or write() first, which go through all frames"
             raise InputError(message, argument="report")

@@ -233,12 +233,7 @@ def _called(module: str, name: str, *given: Any, **options: Any) -> Any:
 
 
 def _arrays_of(meshes: Any) -> dict[str, Any]:
-    """The arrays of one or several meshes of trimesh or PyVista, a frame each.
-
-    Raises:
-        TypeError: they are no meshes.
-        ValueError: their faces differ.
-    """
+    """The arrays of one or several meshes of trimesh or PyVista, a frame each."""
     every = [meshes] if hasattr(meshes, "faces") else meshes
     is_list = isinstance(every, list | tuple) and len(every) > 0
     found = [mesh_arrays(mesh) for mesh in every] if is_list else [None]

@@ -30,9 +30,6 @@ class Stored(Frames):
     frames keep their numbers and times: `start` is the number of the first, and unless all of a
     stretch are taken, `times` holds the others, so that `fps` remains valid. They may be none; the
     step must be positive and indices ascend, as times do.
-
-    Raises:
-        IndexError: there is no such frame.
     """
 
     least_confidence: float | None = None

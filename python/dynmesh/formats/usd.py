@@ -263,7 +263,8 @@ class _Overlay(_Stage):
         (begin, first), (end, last) = between[0], between[-1]
         per_second = self._scene.stage.GetTimeCodesPerSecond() / ((end - begin) or 1)
         velocity = np.nan_to_num(per_second * (last - first), posinf=0, neginf=0)
-        self._velocities.Set(library_array("Vec3fArray", velocity), self._times[number])
+        with of_usd("cannot be written", OSError):
+            self._velocities.Set(library_array("Vec3fArray", velocity), self._times[number])
 
     def _make_mesh(self) -> Any:
         stage, path = self._stage, self._original.GetPath()

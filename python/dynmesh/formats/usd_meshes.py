@@ -13,7 +13,7 @@ from ..stored import FileFrames, Indices, Stored
 from .format import Gaps, not_read
 from .usd_library import of_usd
 from .usd_mesh import moved_by, placements
-from .usd_samples import timing
+from .usd_samples import axis_and_unit, timing
 from .usd_stage import TRIED, UsdFrames, UsdScene
 
 
@@ -60,17 +60,14 @@ class UsdMeshes(FileFrames):
         corners = [one.corners + first for one, first in zip(every, firsts, strict=False)]
         sizes = np.concatenate([one.sizes for one in every])
         faces, polygons = split_polygons(Polygons(sizes, np.concatenate(corners)))
-        up_axis, metres_per_unit = (
-            stage.GetMetadata(name) if stage.HasAuthoredMetadata(name) else None
-            for name in ("upAxis", "metersPerUnit")
-        )
+        up_axis, metres_per_unit = axis_and_unit(stage)
         return Header(
             faces=faces,
             n_frames=len(self._times),
             n_vertices=int(firsts[-1]),
             dtype=np.dtype(np.float32),
             polygons=polygons,
-            up_axis=up_axis and up_axis.lower(),
+            up_axis=up_axis,
             metres_per_unit=metres_per_unit,
             **timing(stage, self._times)._asdict(),
             attributes={"known"}.union(*(one.attributes for one in headers)),

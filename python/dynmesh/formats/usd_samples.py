@@ -25,6 +25,15 @@ def frame_times(points: Any) -> list[float]:
     return [float(time) for time in samples]
 
 
+def axis_and_unit(stage: Any) -> tuple[str | None, float | None]:
+    """Returns the up axis and the metres per unit, as far as the stage states them."""
+    axis, metres = (
+        stage.GetMetadata(name) if stage.HasAuthoredMetadata(name) else None
+        for name in ("upAxis", "metersPerUnit")
+    )
+    return axis and axis.lower(), metres
+
+
 def timing(stage: Any, times: Sequence[float]) -> Timing:
     """Returns the frames per second, if the stage states them, and the numbers of the frames.
 

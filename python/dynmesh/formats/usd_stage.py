@@ -26,7 +26,7 @@ from .usd_mesh import (
     texture_of,
     to_scene,
 )
-from .usd_samples import frame_times, timing, value_at
+from .usd_samples import axis_and_unit, frame_times, timing, value_at
 
 _READ = {
     *("points", "faceVertexCounts", "faceVertexIndices", "subdivisionScheme", "extent"),
@@ -175,13 +175,8 @@ class UsdFrames(FileFrames):
         if first is None:
             raise InputError("the mesh has no points")
         faces, polygons = split_polygons(faces_of(self.mesh))
-        up_axis, metres_per_unit = (
-            stage.GetMetadata(name) if stage.HasAuthoredMetadata(name) else None
-            for name in ("upAxis", "metersPerUnit")
-        )
-        up_axis, metres_per_unit, unknown = of_points(
-            up_axis and up_axis.lower(), metres_per_unit, to_scene(self.mesh, self.time_codes)
-        )
+        placed = to_scene(self.mesh, self.time_codes)
+        up_axis, metres_per_unit, unknown = of_points(*axis_and_unit(stage), placed)
         name, k = str(self.mesh.GetPath()), len(first)
         bars = self._primvars.get("standard_error")
         errors = None if bars is None else bars.GetCustomDataByKey(errors_of_key)
@@ -218,8 +213,8 @@ class UsdFrames(FileFrames):
                 with of_usd(f"time {time:g}: {TRIED}"):
                     frame = self._frame_at(time)
             if isinstance(frame, str):
-                advice = "with `gaps` lost, nothing was observed in such frames"
-                raise InputError(f"time {time:g}: {frame}; {advice}")
+                advice = "with `gaps` lost, nothing was observed in such frames of"
+                raise InputError(f"time {time:g}: {frame}; {advice} {self.mesh.GetPath()}")
             yield frame
 
     def _frame_at(self, time: float) -> Frame | str:
