@@ -247,3 +247,13 @@ def test_transforms_that_stand_still_need_no_baking(tmp_path: Path) -> None:
     stage.GetRootLayer().Save()
     told, *_ = dynmesh.open(tmp_path / "a.usda").remarks
     assert "moved by transforms" in told
+
+
+def test_beside_scans_the_least_confidence_is_theirs(tmp_path: Path) -> None:
+    path = with_confidences(tmp_path, "npz", CONFIDENCE)
+    options = ("--least-confidence", "128", "-o")
+    run("view", path, *options, tmp_path / "a.html")
+    dynmesh.write(tmp_path / "whole.npz", WHOLE)
+    run("degrade", tmp_path / "whole.npz", tmp_path / "depth", "--depth", "60x40")
+    words = ("--scans", tmp_path / "depth", *options, tmp_path / "b.html")
+    assert "no image of confidences" in run("view", tmp_path / "whole.npz", *words, code=1).stderr
