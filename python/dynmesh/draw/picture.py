@@ -75,8 +75,9 @@ def drawn(
     captions = [called(numbers[frame.number], numbers) for frame in frames]
     view = View.of(np.concatenate(centred), up, azimuth, (size, size))
     images = figures.cropped([_draw(heatmap, frame, scale, view) for frame in frames])
-    sheet = contact_sheet(title or reader.path.name, images, captions, scale)
-    sheet.info["remarks"] = () if said else (assumed(up),)
+    guess = "" if said else assumed(up)
+    sheet = contact_sheet(title or reader.path.name, images, captions, scale, guess)
+    sheet.info["remarks"] = (guess,) if guess else ()
     return sheet
 
 
@@ -97,12 +98,16 @@ def _draw(heatmap: Heatmap, frame: ShownFrame, scale: Scale | None, view: View) 
 
 
 def contact_sheet(
-    heading: str, images: Sequence[Image], captions: Sequence[str], scale: Scale | None
+    heading: str,
+    images: Sequence[Image],
+    captions: Sequence[str],
+    scale: Scale | None,
+    note: str = "",
 ) -> Any:
     """Arranges pictures of equal size in rows on an image of Pillow.
 
     The caption of each is below what it shows, or in the middle if there is but one picture. The
-    scale has a colour bar at the right; None for no bar.
+    scale has a colour bar at the right; None for no bar. The note is at the bottom.
     """
     pillow, drawing = (require(f"PIL.{name}", extra="view") for name in ("Image", "ImageDraw"))
     fonts = require("PIL.ImageFont", extra="view")
@@ -113,11 +118,13 @@ def contact_sheet(
     rows = max(1, round(math.sqrt(len(images) * cell_width / cell_height / _PROPORTION)))
     columns = math.ceil(len(images) / rows)
     top = _LINE + 2 * _MARGIN
-    right = _MARGIN + max(columns * cell_width, math.ceil(title_font.getlength(heading)))
+    lengths = title_font.getlength(heading), font.getlength(note)
+    right = _MARGIN + max(columns * cell_width, *map(math.ceil, lengths))
     largest = (right + _LARGEST_LEGEND[0], top + rows * cell_height + _LARGEST_LEGEND[1])
     sheet = pillow.new("RGB", largest, "white")
     draw = drawing.Draw(sheet)
     draw.text((_MARGIN, _MARGIN), heading, fill=_INK, font=title_font)
+    draw.text((_MARGIN, top + rows * cell_height), note, fill=_INK, font=font)
     for i, (image, caption) in enumerate(zip(images, captions, strict=True)):
         row, column = divmod(i, columns)
         x, y = _MARGIN + column * cell_width, top + row * cell_height
