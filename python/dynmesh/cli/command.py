@@ -10,7 +10,6 @@ import re
 import typing
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -168,37 +167,14 @@ def _refuse_for_scans(given: Mapping[str, Any]) -> None:
 
 def bound(command: Command, tokens: Sequence[str]) -> dict[str, Any]:
     """Binds the words of a command line to the parameters of a command; of them, those given."""
-    from cyclopts import CycloptsError
+    from cyclopts import App, CycloptsError
 
-    app = _app_of(command, frozenset(token.partition("=")[0] for token in tokens))
+    app = App(default_command=command, help_flags=(), version_flags=())
     try:
         result = app.parse_args(tokens, exit_on_error=False, print_error=False)[1]
     except CycloptsError as error:
         raise refusal(error) from None
     return dict(result.arguments)
-
-
-@cache
-def _app_of(command: Command, words: frozenset[str]) -> Any:
-    """The command without most of the options that are not given: cyclopts needs time for each."""
-    from cyclopts import App
-
-    every = {name: option[-1] for option in command.options.values() for name in option[-1].names}
-    is_known = all(word in every for word in words if word.startswith("--"))
-    kept = [
-        parameter
-        for key, parameter in inspect.signature(command).parameters.items()
-        if parameter.default is parameter.empty
-        or not is_known
-        or not words.isdisjoint(command.options[key][-1].names)
-    ]
-
-    def some() -> None:
-        """Stands for the command."""
-
-    vars(some)["__signature__"] = inspect.Signature(kept)
-    some.__annotations__ = {each.name: each.annotation for each in kept}
-    return App(default_command=some, help_flags=(), version_flags=())
 
 
 def arguments_of(

@@ -123,13 +123,15 @@ def _job(path: Path, line: int, columns: list[str], row: list[str], overwrite: b
     for name in names:
         if name not in given:
             raise _wrong(path, line, name, "is empty")
-    paths = [Path(given.pop(name)) for name in names]
+    paths, folder = [Path(given.pop(name)) for name in names], path.parent
+    is_done = not overwrite and exists(path_of("output", paths[-1], folder=folder))
     options = {f"--{column.replace('_', '-')}": column for column in given}
     words = list[str]()
     for option, column in options.items():
         words += [f"{option}={text.strip()}" for text in given[column].split(";")]
     try:
-        values = _options(kind, len(paths), *words)
+        # What is done is skipped; reading its options would take the most time.
+        values = {} if is_done else _options(kind, len(paths), *words)
     except InputError as error:
         option = verb.option_of(error.argument or "") or ""
         is_header = isinstance(error.__context__, UnknownOptionError)
@@ -138,7 +140,6 @@ def _job(path: Path, line: int, columns: list[str], row: list[str], overwrite: b
     parameters = inspect.signature(verb)
     names = [*parameters.parameters][: len(paths)]
     values = {**values, **dict(zip(names, paths, strict=True)), "overwrite": overwrite}
-    folder = path.parent
     positional, keywords = arguments_of(inspect.BoundArguments(parameters, values), folder)
     files = {
         key: [path_of(key, one, folder=folder) for one in _paths_in(value)]
