@@ -69,9 +69,6 @@ class Sequence(Description, VertexAttributes, Stored):
         report: what the verb did that made the frames; None of others.
 
     The attributes of :class:`dynmesh.frames.Description`, from `fps` on, are keywords as well.
-
-    Raises:
-        IndexError: there is no such frame.
     """
 
     vertices: Any

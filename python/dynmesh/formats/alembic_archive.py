@@ -244,7 +244,6 @@ class AlembicFrames(FileFrames):
         return np.array(values)
 
     def _close(self) -> None:
-        """Closes the archive."""
         self._positions = None
         self._parameters = {}
 

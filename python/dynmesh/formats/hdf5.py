@@ -94,7 +94,6 @@ class Hdf5Frames(FileFrames):
                 yield Frame(rows.pop("vertices"), **rows)
 
     def _close(self) -> None:
-        """Closes the file."""
         self._file.close()
 
 

@@ -70,7 +70,6 @@ class MaskedFrames(FileFrames):
             yield replace(frame, known=known)
 
     def _close(self) -> None:
-        """Closes the file."""
         self._reader.close()
 
 

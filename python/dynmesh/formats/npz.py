@@ -84,7 +84,6 @@ class NpzFrames(RowsFrames):
             yield from super()._frames(numbers)
 
     def _close(self) -> None:
-        """Closes the archive."""
         self._closing()
 
 

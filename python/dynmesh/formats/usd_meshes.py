@@ -108,7 +108,6 @@ class UsdMeshes(FileFrames):
         return Frame(points, **{name: joined(name) for name in attributes})
 
     def _close(self) -> None:
-        """Releases the stage."""
         self._meshes = []
         for one in self.each.values():
             one.close()

@@ -228,6 +228,5 @@ class UsdFrames(FileFrames):
         return lost[0] if lost else Frame(points, **values)  # type: ignore[arg-type]
 
     def _close(self) -> None:
-        """Releases the stage."""
         self._scene = self.mesh = self._points = None
         self._primvars = {}

@@ -49,11 +49,6 @@ def evaluate(
         prim: the path of the mesh in those of the files that hold several (USD, Alembic), or of
             several, or "all".
         progress: whether to show on standard error how far it is.
-
-    Raises:
-        ValueError: the sequences do not have the same mesh and number of frames, no frame is to be
-            measured, a position is missing or not finite, or nothing says which vertices were
-            missing.
     """
     check_choice("only", only, Only)
     source: Source = {"faces": faces, "prim": prim}
