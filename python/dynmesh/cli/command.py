@@ -117,8 +117,8 @@ class Command:
             }
 
         own, opening, writing = of(self._verb, open_scans), of(formats.open), of(formats.write)
-        if "least_confidence" in own.keys() & opening.keys():  # of scans, if there are any
-            del (own if own.get("scans") is None else opening)["least_confidence"]
+        for name in own.keys() & opening.keys() & {"least_confidence", "gaps"}:
+            del (own if own.get("scans") is None else opening)[name]  # of scans, if there are any
         asked, replaces = of(filled), bool(values.get("overwrite"))
         wanted = checked(self.__name__, asked, replaces)
         if not self._writes:

@@ -249,7 +249,7 @@ def test_transforms_that_stand_still_need_no_baking(tmp_path: Path) -> None:
     assert "moved by transforms" in told
 
 
-def test_beside_scans_the_least_confidence_is_theirs(tmp_path: Path) -> None:
+def test_beside_scans_what_they_may_lack_is_said_of_them(tmp_path: Path) -> None:
     path = with_confidences(tmp_path, "npz", CONFIDENCE)
     options = ("--least-confidence", "128", "-o")
     run("view", path, *options, tmp_path / "a.html")
@@ -257,3 +257,5 @@ def test_beside_scans_the_least_confidence_is_theirs(tmp_path: Path) -> None:
     run("degrade", tmp_path / "whole.npz", tmp_path / "depth", "--depth", "60x40")
     words = ("--scans", tmp_path / "depth", *options, tmp_path / "b.html")
     assert "no image of confidences" in run("view", tmp_path / "whole.npz", *words, code=1).stderr
+    words = ("--scans", tmp_path / "depth", "--gaps", "lost", "-o", tmp_path / "c.html")
+    run("view", tmp_path / "whole.npz", *words)
