@@ -33,8 +33,9 @@ class Registration:
         transform: (4, 4) float64, the rigid motion that brings the template closest to the
             vertices; with `scale`, its rotation is multiplied by the scale that was found.
         far: the share of the points that are farther than a mean edge from the mesh.
-        unexplained: the share of the points that are farther from the mesh than their noise
-            explains: four times the median distance, but at least a quarter of a mean edge.
+        unexplained: of the points beside the mesh, on its side and within its outline, the share
+            that is farther from it than their noise explains: four times the median distance, but
+            at least a quarter of a mean edge.
         hole: the share of the template's area that is the largest connected piece without a point,
             as of a limb that was not measured, among what the sensors should see; without
             `viewpoints`, among all.
@@ -45,10 +46,10 @@ class Registration:
         distance: the root mean square distance of the points that are not far.
         rounds: how often the whole surface was drawn into the scan.
         converged: whether the vertices had stopped moving then.
-        quality: "good"; "doubtful", if a part is probably wrong or missing: `unexplained` / 0.03,
-            `disagreeing` / 0.3, `stretch` / 0.13, `hole` / 0.035 and `overlap` / 0.003 add up to
-            more than 1, or a landmark is not where it belongs; "ruined", if the scan shows
-            something else or its pose was not found.
+        quality: "good"; "doubtful", if a part is probably wrong or missing, or a landmark is not
+            where it belongs; "ruined", if the scan shows something else or the pose was not found.
+            Points of other things say nothing, so that the template may be a part of what was
+            scanned; see docs/reference/tracking.md.
         scale: how many times as large as the unit of the template that of the points is; 1 without
             `scale`.
         growth: how many times as long as those of the template the edges are, by their median and
@@ -106,8 +107,9 @@ def register(
 
     The template is first moved rigidly, by at least three landmarks that are not on a line or else
     from any rotation, then bent as a coarse mesh, and at last as :class:`dynmesh.Tracker` does,
-    until its vertices stop. The scan may show it partially. A scan of something else is not
-    refused, but its quality is "ruined"; the mirror image of the template is not recognised.
+    until its vertices stop. The scan may show it partially, the template may be a part of what was
+    scanned, or both. A scan of something else is not refused, but its quality is "ruined"; the
+    mirror image of the template is not recognised.
 
     Args:
         faces: (m, 3) integers, or other polygons; see :data:`dynmesh.polygons.Faces`. Or a mesh of

