@@ -36,7 +36,7 @@ class FrameReport:
             docs/method.md, "Training frames". Else 0.
         first_order_share: how far the estimated vertices keep the lengths of their edges, as cloth
             does, rather than their shape: the mean, from 0 to 1; see docs/method.md, "The
-            first-order step". Else 0.
+            first-order steps". Else 0.
         standard_error: with `uncertainty`, the root mean square of the standard errors of the
             estimated vertices, in the unit of the positions; else 0.
         factor_seconds: the time of the factorisation, a stage of "detail"; 0 for "motion".

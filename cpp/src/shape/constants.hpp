@@ -1,6 +1,7 @@
 /// The constants of method detail that are neither settings nor follow from its equations.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <dynmesh/types.hpp>
@@ -84,7 +85,7 @@ inline constexpr struct UncertaintyConstants {
   double largest_noise = 100;
 } uncertainty_constants;
 
-/// The constants of the first-order step and of its shares.
+/// The constants of the first-order steps and of their shares.
 inline constexpr struct FirstOrderConstants {
   /// The lower bound of the weight of an edge, in mean weights.
   double least_weight = 0.001;
@@ -103,6 +104,12 @@ inline constexpr struct FirstOrderConstants {
   double kept = 0.9725;
   /// Smaller shares gain too little for the time that the step takes.
   double least_share = 0.3;
+  /// zeta: so many standard errors of what a later step gains over the first one count as chance.
+  std::array<double, 2> chances = {1, 1.5};
+
+  /// Up to this number of mean distances of the tests, steps apply as tested; they cease after one
+  /// more.
+  double tested = 2;
 } first_order_constants;
 
 /// The constants of growth.

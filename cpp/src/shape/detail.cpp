@@ -159,7 +159,7 @@ std::size_t Detail::solve(const Memory& memory, Anchors& anchors, ShapeFactor& f
                        model_.clusters(), memory.errors, next.errors);
   }
 
-  // "The first-order step": X + s (Y - X), with Y of (13).
+  // "The first-order steps": X + s (Y - X), with Y of (13).
   const auto first_order = first_order_.improve({last, x, shape, anchors.observed},
                                                 next.generations, next.completion.gains);
   for (std::size_t v = 0; v < x.size(); ++v) {

@@ -35,8 +35,8 @@ namespace dynmesh {
 /// observed positions is added to the energy. lambda balances the errors of the shape, estimated in
 /// earlier frames, with the noise of the anchors.
 ///
-/// Surfaces that keep the lengths of their edges rather than their detail take a share of a
-/// first-order step.
+/// Surfaces that keep the lengths of their edges rather than their detail take a share of
+/// first-order steps.
 ///
 /// This finds frames and holds no results of theirs: each step returns what it makes, and what
 /// later frames depend on is in the memory of the next frame. Allocates memory in the constructor,

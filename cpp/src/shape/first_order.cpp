@@ -41,10 +41,14 @@ constexpr std::size_t n_shares = Gains::n_shares;
 constexpr Index at_once = 4;  // rotations, as the kernel fits them
 
 void add(Gains& gains, const Gains& other, double kept = 1) {
-  for (std::size_t q = 0; q < n_shares; ++q) {
+  for (std::size_t q = 0; q < gains.sums.size(); ++q) {
     gains.sums[q] = kept * gains.sums[q] + other.sums[q];
   }
+  for (std::size_t q = 0; q < gains.squares.size(); ++q) {
+    gains.squares[q] = kept * kept * gains.squares[q] + other.squares[q];
+  }
   gains.count = kept * gains.count + other.count;
+  gains.rings = kept * gains.rings + other.rings;
 }
 
 }  // namespace
@@ -58,18 +62,21 @@ FirstOrder::FirstOrder(const ShapeModel& model, Workers& workers)
       nearby_l_(factor_.plan(), workers),
       nearby_n_(model.plan, workers),
       order_(in_order(topology_.cells, model.first_frame)),
-      fields_(std::vector<Vector3>(model.size()), 3),
+      fields_(std::vector<Vector3>(model.size()), 5),
       tests_(Test(model.size()), 1),
       improvements_(Improvement(model.size()), 1),
       drawn_(topology_.report.components),
       newest_(drawn_.size()),
+      choices_(drawn_.size()),
+      is_reached_(model.size()),
       is_free_(model.size()),
       is_beside_(model.size()),
       edges_(laplacian_.c->nonZeros()),
       quaternions_(model.size()),
       covariances_(model.size()) {
   Lent<Test> test = tests_.lend();
-  for (auto* vertices : {&test.left_out, &test.nearby}) vertices->reserve(model.size());
+  for (auto* vertices : {&test.left_out, &test.nearby, &reached_}) vertices->reserve(model.size());
+  test.rings.reserve(model.size());
   for (MaskedFactor* factor : {&factor_, &nearby_l_, &nearby_n_}) factor->reserve();
 }
 
@@ -80,27 +87,43 @@ auto FirstOrder::improve(const Frame& frame, const Generations& generations, Gai
   if (generations.reached() == 0) return found;
   {
     const Lent<Test> test = leave_out(generations, memory.frame);
-    if (!test.left_out.empty()) {
-      const LentField of_detail = predict(frame, test);
-      const LentField step = find_step(nearby_l_, test.is_nearby, of_detail, frame.last);
-      learn(frame, test, of_detail, step, memory.components);
-    }
+    choose(memory.components);
+    if (!test.left_out.empty()) learn(frame, test, memory.components);
   }
-  const auto& components = memory.components;
-  if (std::ranges::max(components, {}, &Component::share).share == 0) return found;
-  const auto share_of = [&](std::size_t v) { return components[topology_.component[v]].share; };
+  choose(memory.components);
   const auto generation = generations.of_vertices();
+  const auto choice_of = [&](std::size_t v) -> const Choice& {
+    return choices_[topology_.component[v]];
+  };
+  bool is_any_free = false;
   for (std::size_t v = 0; v < is_free_.size(); ++v) {
-    is_free_[v] = generation[v] > 0 && share_of(v) > 0 ? 1 : 0;
+    is_free_[v] = generation[v] > 0 && choice_of(v).near_share > 0 ? 1 : 0;
+    is_any_free = is_any_free || is_free_[v] != 0;
   }
-  const LentField step = find_step(factor_, is_free_, frame.x, frame.last);
+  if (!is_any_free) return found;
+  std::ranges::fill(found.move, Vector3{});
+  LentField y = fields_.lend();
   double sum = 0;
-  for (std::size_t v = 0; v < step.size(); ++v) {
-    found.move[v] = is_free_[v] != 0 ? share_of(v) * step[v] : Vector3{};
-    sum += is_free_[v] != 0 ? share_of(v) : 0;
+  for (std::size_t n = 0; n < steps_.size(); ++n) {
+    if (!is_needed(n)) continue;
+    if (!steps_[n].goes_on) std::ranges::copy(frame.x, y.begin());
+    take(steps_[n], factor_, is_free_, frame, y);
+    for (std::size_t v = 0; v < y.size(); ++v) {
+      if (is_free_[v] == 0) continue;
+      const double share = share_of(n, generation[v], choice_of(v));
+      found.move[v] = found.move[v] + share * (y[v] - frame.x[v]);
+      sum += share;
+    }
   }
   found.share = sum / static_cast<double>(generations.reached());
   return found;
+}
+
+/// The share of a step at a satellite.
+double FirstOrder::share_of(std::size_t step, Index rings, const Choice& choice) {
+  const double near = std::clamp(first_order_constants.tested + 1 - rings / choice.rings, 0.0, 1.0);
+  return (choice.near_step == step ? near * choice.near_share : 0) +
+         (step == 0 ? (1 - near) * choice.share : 0);
 }
 
 /// Draws the anchors to leave out, at equal distances among those of a component in an order that
@@ -138,6 +161,8 @@ auto FirstOrder::leave_out(const Generations& generations, std::uint64_t frame) 
     drawn.sum -= is_nearby[v];
   }
   test.left_out.assign(nearby.begin(), nearby.end());
+  test.rings.clear();
+  for (const Index v : test.left_out) test.rings.push_back(rings_to_anchor(v, generations, test));
   std::size_t begin = 0;
   for (int ring = 0; begin < nearby.size(); ++ring) {
     for (const std::size_t end = nearby.size(); begin < end; ++begin) {
@@ -148,6 +173,30 @@ auto FirstOrder::leave_out(const Generations& generations, std::uint64_t frame) 
     }
   }
   return test;
+}
+
+/// The edges from an anchor that is left out to the nearest other one, or to where the search ends.
+double FirstOrder::rings_to_anchor(Index v, const Generations& generations, const Test& test) {
+  const auto generation = generations.of_vertices();
+  const double most = drawn_[topology_.component[v]].rings;
+  const auto is_other = [&](Index u) {
+    return generation[u] == Generations::anchor && test.is_nearby[u] == 0;
+  };
+  reached_.assign({v});
+  is_reached_[v] = 1;
+  double rings = 1;
+  bool is_found = false;
+  for (std::size_t begin = 0; !is_found && rings < most; rings += is_found ? 0 : 1) {
+    for (const std::size_t end = reached_.size(); begin < end; ++begin) {
+      for (const Index u : topology_.cells[reached_[begin]]) {
+        is_found = is_found || is_other(u);
+        if (is_reached_[u] == 0) reached_.push_back(u);
+        is_reached_[u] = 1;
+      }
+    }
+  }
+  for (const Index u : reached_) is_reached_[u] = 0;
+  return rings;
 }
 
 /// The prediction of detail, with the shape of the frame, of anchors that are left out. Without
@@ -183,77 +232,124 @@ Vector3 FirstOrder::pull(std::size_t v, const Frame& frame) const {
   return sum;
 }
 
-/// Chooses the shares by the predictions of the anchors left out. Errors are in the unit of the
+/// Whether a component takes this step, or one that goes on from it.
+bool FirstOrder::is_needed(std::size_t step) const {
+  const auto takes = [step](const Choice& choice) {
+    return (choice.near_step == step && choice.near_share > 0) || (step == 0 && choice.share > 0);
+  };
+  if (std::ranges::any_of(choices_, takes)) return true;
+  return step + 1 < steps_.size() && steps_[step + 1].goes_on && is_needed(step + 1);
+}
+
+/// Adds what the steps would have gained at the anchors left out; the later ones only if some
+/// component takes a step already, as few surfaces do. Errors are in the unit of the
 /// positions; those that can be of rounding count as 0.
-void FirstOrder::learn(const Frame& frame, const Test& test, Field of_detail, Field step,
-                       std::vector<Component>& components) {
+void FirstOrder::learn(const Frame& frame, const Test& test, std::vector<Gains>& components) {
   const double rounding = std::sqrt(model_.rounding.mean_square_of_positions(frame.x));
   const auto length = [&](const Vector3& x) {
     const double found = std::sqrt(squared_norm(x));
     return found > rounding ? found : 0;
   };
+  const bool is_any_taken =
+      std::ranges::any_of(choices_, [](const Choice& choice) { return choice.near_share > 0; });
+  const LentField of_detail = predict(frame, test);
+  LentField first = fields_.lend();
+  LentField y = fields_.lend();
   bool is_finite = true;
   std::ranges::fill(newest_, Gains{});
-  for (const Index v : test.left_out) {
-    const Vector3 error = of_detail[v] - frame.observed[v];
-    const Vector3 of_first_order = of_detail[v] + step[v] - frame.observed[v];
-    Gains& gains = newest_[topology_.component[v]];
-    const double size = length(error);
-    ++gains.count;
-    for (std::size_t q = 0; q < n_shares; ++q) {
-      const double share = static_cast<double>(q + 1) / n_shares;
-      gains.sums[q] += size - length((1 - share) * error + share * of_first_order);
-      is_finite = is_finite && std::isfinite(gains.sums[q]);
+  for (std::size_t n = 0; n < steps_.size(); ++n) {
+    if (n > 0 && !is_any_taken) break;
+    if (!steps_[n].goes_on) std::ranges::copy(of_detail, y.begin());
+    take(steps_[n], nearby_l_, test.is_nearby, frame, y);
+    if (n == 0) std::ranges::copy(y, first.begin());
+    for (const Index v : test.left_out) {
+      Gains& gains = newest_[topology_.component[v]];
+      const Vector3 error = of_detail[v] - frame.observed[v];
+      for (std::size_t q = 0; q < n_shares; ++q) {
+        const double share = static_cast<double>(q + 1) / n_shares;
+        const auto error_with = [&](Field step) {
+          return length(error + share * (step[v] - of_detail[v]));
+        };
+        const double of_first = error_with(first);
+        double of_step = error_with(y);
+        if (std::abs(of_step - of_first) <= rounding) of_step = of_first;
+        double& sum = gains.sums[n * n_shares + q];
+        sum += length(error) - of_step;
+        is_finite = is_finite && std::isfinite(sum);
+        if (n > 0) gains.squares[(n - 1) * n_shares + q] += std::pow(of_first - of_step, 2);
+      }
     }
   }
   if (!is_finite) return;
-
-  const auto has_shown_enough = [](const Component& component) {
-    return component.gains.count >= first_order_constants.least_count;
-  };
-  Gains common;
+  for (std::size_t i = 0; i < test.left_out.size(); ++i) {
+    Gains& gains = newest_[topology_.component[test.left_out[i]]];
+    ++gains.count;
+    gains.rings += test.rings[i];
+  }
   for (std::size_t c = 0; c < components.size(); ++c) {
     // A component of which nothing was left out keeps what it has shown.
-    if (newest_[c].count > 0) add(components[c].gains, newest_[c], first_order_constants.kept);
-    if (!has_shown_enough(components[c])) add(common, components[c].gains);
-  }
-  for (Component& component : components) {
-    component.share = best_share(has_shown_enough(component) ? component.gains : common);
+    if (newest_[c].count > 0) add(components[c], newest_[c], first_order_constants.kept);
   }
 }
 
-/// The share with the largest sum of gains.
-double FirstOrder::best_share(const Gains& gains) {
-  double best = 0;
-  double share = 0;
-  for (std::size_t q = 0; q < n_shares; ++q) {
-    const double candidate = static_cast<double>(q + 1) / n_shares;
-    if (candidate < first_order_constants.least_share || gains.sums[q] <= best) continue;
-    best = gains.sums[q];
-    share = candidate;
+/// Chooses what each component takes. Those that have shown little take the same.
+void FirstOrder::choose(std::span<const Gains> components) {
+  const auto has_shown_enough = [](const Gains& gains) {
+    return gains.count >= first_order_constants.least_count;
+  };
+  Gains common;
+  for (const Gains& gains : components) {
+    if (!has_shown_enough(gains)) add(common, gains);
   }
-  return share;
+  for (std::size_t c = 0; c < components.size(); ++c) {
+    choices_[c] = best_of(has_shown_enough(components[c]) ? components[c] : common);
+  }
 }
 
-/// Returns the step (k,) from the positions X to the Y of (13), 0 where `is_free` is 0. Every
-/// component with free vertices must have others, too.
-LentField FirstOrder::find_step(MaskedFactor& factor, std::span<const std::uint8_t> is_free,
-                                Field positions, Field last) {
+/// The shares with the largest sums of gains. Those of later steps count less what can be chance.
+auto FirstOrder::best_of(const Gains& gains) -> Choice {
+  Choice best;
+  if (gains.count > 0) best.rings = gains.rings / gains.count;
+  double most = 0;
+  for (std::size_t n = 0; n < steps_.size(); ++n) {
+    for (std::size_t q = 0; q < n_shares; ++q) {
+      const double share = static_cast<double>(q + 1) / n_shares;
+      const double chance = n == 0 ? 0
+                                   : first_order_constants.chances[n - 1] *
+                                         std::sqrt(gains.squares[(n - 1) * n_shares + q]);
+      const double gain = gains.sums[n * n_shares + q] - chance;
+      if (share < first_order_constants.least_share || gain <= most) continue;
+      most = gain;
+      best.near_step = n;
+      best.near_share = share;
+      if (n == 0) best.share = share;
+    }
+  }
+  return best;
+}
+
+/// Moves positions by a step, with the edges of the frame that it keeps: to the Y of (13), and from
+/// there on. They stay where `is_free` is 0. Every component with free vertices must have others,
+/// too.
+void FirstOrder::take(const Step& step, MaskedFactor& factor, std::span<const std::uint8_t> is_free,
+                      const Frame& frame, std::span<Vector3> positions) {
+  const Field kept = step.is_of_last ? frame.last : Field(model_.first_frame);
   factor.factorize(is_free);
   const auto rows = factor.order();
-  fit_rotations(rows, positions, last);
   LentField solution = fields_.lend();
-  workers_.for_each_in_chunks(
-      rows.size(), [&](std::size_t r) { solution[r] = residual(at(rows[r]), positions); });
-  factor.solve(solution, 1);
-  LentField step = fields_.lend();
-  std::ranges::fill(step, Vector3{});
-  for (std::size_t r = 0; r < rows.size(); ++r) step[rows[r]] = solution[r];
-  return step;
+  for (int n = 0; n < step.rounds; ++n) {
+    fit_rotations(rows, positions, kept);
+    workers_.for_each_in_chunks(
+        rows.size(), [&](std::size_t r) { solution[r] = residual(at(rows[r]), positions); });
+    factor.solve(solution, 1);
+    for (std::size_t r = 0; r < rows.size(); ++r) {
+      positions[rows[r]] = positions[rows[r]] + solution[r];
+    }
+  }
 }
 
 /// Fits R of these vertices and of those beside them to the edges of L, which it weights as L does.
-void FirstOrder::fit_rotations(std::span<const Index> rows, Field positions, Field last) {
+void FirstOrder::fit_rotations(std::span<const Index> rows, Field positions, Field kept) {
   const OperatorData l = data_of(laplacian_);
   std::ranges::fill(is_beside_, std::uint8_t{0});
   for (const Index v : rows) {
@@ -268,7 +364,7 @@ void FirstOrder::fit_rotations(std::span<const Index> rows, Field positions, Fie
       if (std::count(&is_beside_[first], is_beside_.data() + after, 1) == 0) continue;
       for (Index i = first; i < after; ++i) {
         for (Index e = l.offsets[i]; e < l.offsets[i + 1]; ++e) {
-          edges_[e] = -l.values[e] * (last[at(l.columns[e])] - last[at(i)]);
+          edges_[e] = -l.values[e] * (kept[at(l.columns[e])] - kept[at(i)]);
         }
         quaternions_[i] = {1, 0, 0, 0};
       }

@@ -1,8 +1,9 @@
-/// A second prediction beside that of detail, for surfaces that keep their edges; see
-/// docs/method.md, "The first-order step". It keeps the edges of the last frame, as far as
-/// rotations can.
+/// Further predictions beside that of detail, for surfaces that keep their edges; see
+/// docs/method.md, "The first-order steps". They keep the edges of the last frame or of frame 0, as
+/// far as rotations can.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <dynmesh/topology.hpp>
@@ -21,14 +22,14 @@
 
 namespace dynmesh {
 
-/// Tells by how much the completed vertices of a frame of detail follow the first-order step. In
-/// each frame a few anchors are left out, and what both predict of them decides on the shares.
-/// Components that have shown little so far form one group with a common share; each of the others
-/// is a group of its own.
+/// Tells by how much the completed vertices of a frame of detail follow first-order steps. In each
+/// frame a few anchors are left out, and what all predict of them decides on the step and its share
+/// at vertices that are about as far from anchors as they. Components that have shown little so far
+/// form one group with a common share; each of the others is a group of its own.
 ///
-/// The step is one iteration of as-rigid-as-possible deformation (Sorkine and Alexa 2007) of the
-/// last frame, (13). The edges and the weights w are those of C, so the result does not depend on
-/// the scale of the mesh.
+/// A step is some rounds of as-rigid-as-possible deformation (Sorkine and Alexa 2007) of a frame,
+/// (13). The edges and the weights w are those of C, so the result does not depend on the scale of
+/// the mesh.
 ///
 /// Allocates memory only in the constructor. All sums run in the order of the vertices, so they are
 /// the same for any number of threads.
@@ -48,19 +49,34 @@ class FirstOrder {
     explicit Improvement(std::size_t k) : move(k) {}
 
     std::vector<Vector3> move;  ///< (k,) of X, 0 but for satellites; without a share, anything
-    double share = 0;           ///< the mean share of the first-order step over the satellites
+    double share = 0;           ///< the mean share of the steps over the satellites
   };
   /// Finds by how much the satellites move, and what their components have shown, in `memory`,
   /// which counts this frame already.
   Lent<Improvement> improve(const Frame& frame, const Generations& generations, GainMemory& memory);
 
  private:
-  using Component = GainMemory::Component;
+  /// Rounds that keep the edges of a frame.
+  struct Step {
+    bool is_of_last;  // of the last frame, not of frame 0
+    bool goes_on;     // from the step before, not from the result of detail
+    int rounds;
+  };
+  static constexpr std::array<Step, Gains::n_steps> steps_ = {
+      {{true, false, 1}, {true, true, 4}, {false, false, 3}}};
+  /// What a component takes of the steps.
+  struct Choice {
+    double near_share = 0;  // near anchors, of this step
+    std::size_t near_step = 0;
+    double rings = 1;  // of the anchors that told it from others, their mean
+    double share = 0;  // of the first step, farther from anchors
+  };
   /// The anchors that are left out, and with them the satellites around them.
   struct Test {
     explicit Test(std::size_t k) : is_nearby(k) {}
 
     std::vector<Index> left_out, nearby;
+    std::vector<double> rings;            // from those left out to the nearest anchor
     std::vector<std::uint8_t> is_nearby;  // (k,)
   };
   /// Of a component.
@@ -75,12 +91,15 @@ class FirstOrder {
   Lent<Test> leave_out(const Generations& generations, std::uint64_t frame);
   LentField predict(const Frame& frame, const Test& test);
   [[nodiscard]] Vector3 pull(std::size_t v, const Frame& frame) const;
-  void learn(const Frame& frame, const Test& test, Field of_detail, Field step,
-             std::vector<Component>& components);
-  [[nodiscard]] static double best_share(const Gains& gains);
-  LentField find_step(MaskedFactor& factor, std::span<const std::uint8_t> is_free, Field positions,
-                      Field last);
-  void fit_rotations(std::span<const Index> rows, Field positions, Field last);
+  double rings_to_anchor(Index v, const Generations& generations, const Test& test);
+  void learn(const Frame& frame, const Test& test, std::vector<Gains>& components);
+  void choose(std::span<const Gains> components);
+  [[nodiscard]] static double share_of(std::size_t step, Index rings, const Choice& choice);
+  [[nodiscard]] static Choice best_of(const Gains& gains);
+  [[nodiscard]] bool is_needed(std::size_t step) const;
+  void take(const Step& step, MaskedFactor& factor, std::span<const std::uint8_t> is_free,
+            const Frame& frame, std::span<Vector3> positions);
+  void fit_rotations(std::span<const Index> rows, Field positions, Field kept);
   [[nodiscard]] Vector3 residual(std::size_t v, Field positions) const;
 
   const ShapeModel& model_;
@@ -97,6 +116,9 @@ class FirstOrder {
   // Buffers:
   std::vector<Drawn> drawn_;
   std::vector<Gains> newest_;
+  std::vector<Choice> choices_;
+  std::vector<Index> reached_;  // from one that is left out
+  std::vector<std::uint8_t> is_reached_;
   std::vector<std::uint8_t> is_free_;
   std::vector<std::uint8_t> is_beside_;  // whether the rotation of a vertex is needed
   std::vector<Vector3> edges_;

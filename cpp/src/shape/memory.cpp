@@ -37,6 +37,14 @@ void check_memory(const Memory& memory, double largest) {
   if (!std::ranges::all_of(memory.completion.sizes, is_size)) {
     refuse_state("holds sizes that no component can have");
   }
+  for (const Gains& gains : memory.completion.gains.components) {
+    const auto is_square_sum = [](double x) { return x >= 0; };
+    if (gains.count >= 0 && gains.rings >= gains.count * (1 - rounding) &&
+        std::ranges::all_of(gains.squares, is_square_sum)) {
+      continue;
+    }
+    refuse_state("holds tests that no frame can have made");
+  }
   const FirstFrameCheck& check = memory.completion.first_frame;
   if (check.n_judged < 0 || check.sum_of_steps < 0 ||
       check.result > FirstFrameCheck::is_reordered) {

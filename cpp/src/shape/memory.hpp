@@ -28,20 +28,22 @@ struct FitMemory {
   double prior_share = 0;            ///< the share of |r|^2 that the modes explained in it
 };
 
-/// How much smaller errors were with each share of the first-order step than without it.
+/// How much smaller errors were with each share of a first-order step than without it.
 struct Gains {
+  static constexpr std::size_t n_steps = 3;    // see FirstOrder
   static constexpr std::size_t n_shares = 10;  // 0.1, 0.2, ... 1; a share of 0 gains nothing
+  template <std::size_t n>
+  using OfSteps = std::array<double, n * n_shares>;  // one step after another
 
-  std::array<double, n_shares> sums{};
+  OfSteps<n_steps> sums{};
+  /// The squares of how much more each of the later steps gained than as much of the first one.
+  OfSteps<n_steps - 1> squares{};
   double count = 0;  ///< the number of errors
+  double rings = 0;  ///< the sum of the edges from where they were to the nearest other anchor
 };
 struct GainMemory {
-  struct Component {
-    Gains gains;  ///< of earlier tests, the less the older
-    double share = 0;
-  };
-  std::vector<Component> components;
-  std::uint64_t frame = 0;  ///< since frame 0
+  std::vector<Gains> components;  ///< of earlier tests, the less the older
+  std::uint64_t frame = 0;        ///< since frame 0
 };
 
 /// Squares of residuals, or sums of them over earlier frames, each weighted less than the next: x
@@ -146,10 +148,11 @@ void each_number(Visited& memory, const Visit& visit) {
   visit(completion.u);
   visit(completion.sizes);
   visit(completion.lambda);
-  for (auto& [gains, share] : completion.gains.components) {
-    visit(gains.sums);
-    visit(gains.count);
-    visit(share);
+  for (auto& [sums, squares, count, rings] : completion.gains.components) {
+    visit(sums);
+    visit(squares);
+    visit(count);
+    visit(rings);
   }
   visit(completion.gains.frame);
   for (auto* fit : {&memory.fit, &tracking.coarse_fit}) {

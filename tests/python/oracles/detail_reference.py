@@ -288,7 +288,7 @@ class Detail:
         known: NDArray[np.bool_],
         seen: NDArray[np.bool_],
     ) -> Array:
-        """Moves the missing vertices by the shares of the first-order step."""
+        """Moves the missing vertices by the shares of the first-order steps."""
         missing = seen & ~known
         if not missing.any():
             return d
@@ -297,11 +297,33 @@ class Detail:
         if held.any():
             near = self._around(held, missing | held)
             of_detail = self._moved(d, near)
-            of_first_order = self._first_order(of_detail, near)
-            shares.learn(of_detail - points, of_first_order - points, held)
-        share = np.where(missing, shares.share[shares.part], 0.0)
-        self.first_order_share = float(share.sum() / missing.sum())
-        return np.asarray(d + share[:, None] * (self._first_order(d, missing) - d))
+            steps = self._first_order_steps(of_detail, near)
+            shares.choose()
+            if not shares.near_share.any():  # as of earlier frames
+                steps = steps[:1]
+            errors = [y - points for y in (of_detail, *steps)]
+            shares.learn(errors, held, self._rings(known & ~held))
+        shares.choose()
+        c = shares.part
+        near = np.clip(3 - self._rings(known) / shares.rings_of_tests[c], 0, 1)
+        move, total = np.zeros_like(d), 0.0
+        for n, y in enumerate(self._first_order_steps(d, missing)):
+            share = near * np.where(shares.near_step == n, shares.near_share, 0.0)[c]
+            share += (1 - near) * shares.share[c] * (n == 0)
+            share = np.where(missing, share, 0.0)
+            move += share[:, None] * (y - d)
+            total += float(share.sum())
+        self.first_order_share = total / float(missing.sum())
+        return np.asarray(d + move)
+
+    def _rings(self, anchors: NDArray[np.bool_]) -> NDArray[np.int64]:
+        """Returns how many edges each vertex is from an anchor."""
+        i, j = self.edges
+        rings = np.where(anchors, 0, self.k)
+        for ring in range(1, self.k):
+            beside = j[rings[i] == ring - 1]
+            rings[beside] = np.minimum(rings[beside], ring)
+        return rings
 
     def _around(self, held: NDArray[np.bool_], movable: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Returns the movable vertices within some edges of those left out."""
@@ -321,9 +343,19 @@ class Detail:
         x[near] += np.linalg.solve(columns.T @ columns, right_side)
         return x
 
-    def _first_order(self, y: Array, free: NDArray[np.bool_]) -> Array:
-        """Takes a step of as-rigid-as-possible deformation of the last frame, from y."""
-        w, g = self.edge_weights, self.previous
+    def _first_order_steps(self, y: Array, free: NDArray[np.bool_]) -> list[Array]:
+        """Returns y after 1 and 5 rounds with edges of the last frame, and 3 of frame 0."""
+        of_last = [y]
+        for _ in range(5):
+            of_last.append(self._first_order(of_last[-1], free, self.previous))
+        of_first = y
+        for _ in range(3):
+            of_first = self._first_order(of_first, free, self.first_frame)
+        return [of_last[1], of_last[5], of_first]
+
+    def _first_order(self, y: Array, free: NDArray[np.bool_], g: Array) -> Array:
+        """Takes a round of as-rigid-as-possible deformation of a frame, from y."""
+        w = self.edge_weights
         i, j = np.nonzero(w)
         of_edge = w[i, j][:, None]
         outer = (of_edge * (y[j] - y[i]))[:, :, None] * (g[j] - g[i])[:, None, :]
@@ -336,8 +368,12 @@ class Detail:
         return x
 
 
+CHANCE = np.array([0.0, 1.0, 1.5])
+"""How many standard errors of its gain do not count, for each step."""
+
+
 class Shares:
-    """How much of the first-order step each component takes."""
+    """How much of the first-order steps each component takes."""
 
     def __init__(self, label: NDArray[np.int64], order: NDArray[np.int64]) -> None:
         """Takes the label of the component of each vertex, and their order."""
@@ -345,8 +381,12 @@ class Shares:
         self.part = np.unique(label, return_inverse=True)[1]
         n = self.part.max() + 1
         self.frame = 0
-        self.sums = np.zeros((n, 11))
-        self.count, self.share = np.zeros((2, n))
+        self.sums, self.squares = np.zeros((2, n, 3, 11))
+        self.count, self.sum_of_rings = np.zeros((2, n))
+        # Of the first step far from anchors, and of one of them near by:
+        self.share, self.near_share = np.zeros((2, n))
+        self.near_step = np.zeros(n, int)
+        self.rings_of_tests = np.ones(n)
 
     def _groups(self) -> list[NDArray[np.int64]]:
         few = np.flatnonzero(self.count < 12)
@@ -368,19 +408,45 @@ class Shares:
             self.rings[c] = np.ceil(1.5 * distance)
         return held
 
-    def learn(self, of_detail: Array, of_first_order: Array, held: NDArray[np.bool_]) -> None:
-        """Chooses the shares by the errors (k, 3) of both at the anchors that are left out."""
+    def learn(self, errors: list[Array], held: NDArray[np.bool_], rings: NDArray[np.int64]) -> None:
+        """Adds what the steps gain at anchors that are left out, so many edges from others.
+
+        The errors (k, 3) are those of detail and of each of the steps.
+        """
         n = len(self.share)
         q = np.linspace(0, 1, 11)[:, None]
-        size = np.linalg.norm(of_detail, axis=1)
-        mixtures = (1 - q) * of_detail[:, None] + q * of_first_order[:, None]
-        gain = size[:, None] - np.linalg.norm(mixtures, axis=2)
+        of_detail, *of_steps = (of[held] for of in errors)
+        size = [
+            np.linalg.norm((1 - q) * of_detail[:, None] + q * of[:, None], axis=2)
+            for of in of_steps
+        ]
+        lengths = np.stack(size, axis=1)
         part = self.part[held]
         count = np.bincount(part, minlength=n)
         kept = np.where(count > 0, 0.9725, 1.0)
-        self.sums = kept[:, None] * self.sums + sum_to(part, gain[held], n)
+
+        def added(to: Array, new: Array, kept: Array) -> Array:
+            sums = sum_to(part, new.reshape(len(part), -1), n).reshape(to.shape)
+            return np.asarray(kept[:, None, None] * to + sums)
+
+        gains, squares = np.zeros((2, len(part), 3, 11))
+        gains[:, : len(of_steps)] = lengths[:, :, :1] - lengths
+        squares[:, : len(of_steps)] = (lengths[:, :1] - lengths) ** 2
+        self.sums = added(self.sums, gains, kept)
+        self.squares = added(self.squares, squares, kept**2)
         self.count = kept * self.count + count
+        farthest = np.minimum(rings[held], self.rings[part])
+        self.sum_of_rings = kept * self.sum_of_rings + np.bincount(part, farthest, minlength=n)
+
+    def choose(self) -> None:
+        """Chooses the shares of each component."""
         for group in self._groups():
             found = self.sums[group].sum(axis=0)
-            found[1:3] = -np.inf  # shares of 0.1 and 0.2 are too small
-            self.share[group] = found.argmax() / 10
+            found -= CHANCE[:, None] * np.sqrt(self.squares[group].sum(axis=0))
+            found[:, 1:3] = -np.inf  # shares of 0.1 and 0.2 are too small
+            self.share[group] = found[0].argmax() / 10
+            step, share = np.unravel_index(found.argmax(), found.shape)
+            self.near_step[group], self.near_share[group] = step, share / 10
+            count = self.count[group].sum()
+            if count > 0:
+                self.rings_of_tests[group] = self.sum_of_rings[group].sum() / count
