@@ -6,6 +6,7 @@
 #include <atomic>
 #include <cmath>
 #include <cstddef>
+#include <random>
 #include <thread>
 #include <vector>
 
@@ -81,6 +82,48 @@ TEST_CASE("the points of a depth image lie on its surface, with its normal") {
   const PointScan few = point_scan_of(images, 1, 2 * image_height * image_width / 9);
   CHECK(few.size() == 2 * (image_height / 3) * (image_width / 3));
   check(few, 1e-3);
+}
+
+/// The share of the normals that are more than 45 degrees off, as no match may be.
+double share_of_wrong(const PointScan& scan, const Vector3& expected) {
+  double wrong = 0;
+  for (const auto& normal : scan.normals) wrong += std::abs(dot(normal, expected)) < 0.7;
+  return wrong / static_cast<double>(scan.size());
+}
+
+TEST_CASE("noise as large as the distances between pixels leaves the normals of an image") {
+  // Beside a hole, a jump and the borders as well.
+  std::mt19937 random(7);
+  for (const double noise : {0.05, 0.5, 1.0, 1.5}) {
+    ObliqueImage image(5);
+    std::normal_distribution<double> error(0, noise * 5 / 65);
+    for (float& depth : image.pixels) depth += static_cast<float>(error(random));
+    for (std::size_t row = 10; row < 20; ++row) {
+      for (std::size_t column = 40; column < 50; ++column) {
+        image.pixels[row * image_width + column] = column < 45 ? 0 : 9;
+      }
+    }
+    const std::vector<DepthImage> images = {image.view()};
+    const PointScan scan = point_scan_of(images, 1, image_height * image_width);
+    CHECK(scan.size() > 2900);
+    CHECK(share_of_wrong(scan, towards_camera) < 0.03);
+  }
+}
+
+TEST_CASE("noise as large as the distances between points leaves the normals of a cloud") {
+  std::mt19937 random(7);
+  for (const double noise : {0.05, 0.5, 1.0}) {
+    std::normal_distribution<double> error(0, noise);
+    PointScan scan;
+    scan.sensors = {{10, 10, 90}};
+    for (int i = 0; i < 900; ++i) {
+      scan.points.push_back(
+          {i / 30 + error(random) / 9, i % 30 + error(random) / 9, error(random)});
+    }
+    Workers workers(1);
+    scan.estimate_normals(1, workers);
+    CHECK(share_of_wrong(scan, {0, 0, 1}) < 0.03);
+  }
 }
 
 TEST_CASE("larger pixels are where those they replace are, without the stray ones") {

@@ -18,12 +18,20 @@ namespace {
 constexpr std::size_t plane_points = 12;
 constexpr std::size_t most_plane_points = 96;
 
+/// More points determine a plane whose direction is less certain, in radians.
+constexpr double certain = 0.15;
+
 /// Points whose variance across a line is a smaller share of that along it lie on this line.
 constexpr double collinear = 0.2;
 
-/// The unit normal of the plane that fits the points best; 0 if they lie on a line, as the points
-/// of one line of a line scanner do: across it, only noise or its bends would determine the plane.
-Vector3 plane_normal(const std::vector<Vector3>& points, std::span<const std::uint32_t> chosen) {
+struct Plane {
+  Vector3 normal;          ///< of unit length; 0 if there is no plane
+  double uncertainty = 0;  ///< the standard deviation of its direction, in radians
+};
+
+/// The plane that fits the points best; none if they lie on a line, as the points of one line of a
+/// line scanner do: across it, only noise or its bends would determine the plane.
+Plane plane_of(const std::vector<Vector3>& points, std::span<const std::uint32_t> chosen) {
   Vector3 mean;
   for (const auto i : chosen) mean = mean + points[i];
   mean = (1 / static_cast<double>(chosen.size())) * mean;
@@ -36,9 +44,11 @@ Vector3 plane_normal(const std::vector<Vector3>& points, std::span<const std::ui
   const double size = covariance.trace();
   if (!(size > 0) || !std::isfinite(size)) return {};
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance / size);
-  if (!(solver.eigenvalues()[1] > collinear * solver.eigenvalues()[2])) return {};
+  const auto& spread = solver.eigenvalues();
+  if (!(spread[1] > collinear * spread[2])) return {};
   const Eigen::Vector3d normal = solver.eigenvectors().col(0);
-  return {normal.x(), normal.y(), normal.z()};
+  const double freedom = std::max(1.0, static_cast<double>(chosen.size()) - 3);
+  return {{normal.x(), normal.y(), normal.z()}, std::sqrt(spread[0] / spread[1] / freedom)};
 }
 
 /// A number of 20 bits with two zeros before each of them.
@@ -108,7 +118,13 @@ void PointScan::estimate_normals(double radius, Workers& workers) {
       n = find(most_plane_points);
       while (n > plane_points && squared[n - 1] > radius * radius) --n;
     }
-    set_normal(i, plane_normal(distinct, std::span(numbers).first(n)));
+    Plane plane = plane_of(distinct, std::span(numbers).first(n));
+    // Where noise is as large as the distances between points, few do not tell a direction.
+    for (std::size_t more = 2 * n; plane.uncertainty > certain && more <= most_plane_points;
+         more *= 2) {
+      plane = plane_of(distinct, std::span(numbers).first(find(more)));
+    }
+    set_normal(i, plane.normal);
   });
 }
 

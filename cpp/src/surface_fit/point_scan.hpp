@@ -26,7 +26,8 @@ class PointScan {
   std::vector<Vector3> sensors;  ///< (c,) where they stand, may be empty
 
   /// Sets each normal to that of the plane that fits the nearest points best (Hoppe et al. 1992),
-  /// or those within the radius if they are more, turned to the sensors. Without sensors, or if the
+  /// or those within the radius if they are more, or still more where noise hides the direction of
+  /// the plane, turned to the sensors. Without sensors, or if the
   /// plane lies between two of them, the direction stays undecided: the normal then agrees with its
   /// opposite as well. Points at the same position count once. Points on a line have no normal.
   void estimate_normals(double radius, Workers& workers);

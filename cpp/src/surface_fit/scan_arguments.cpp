@@ -1,6 +1,8 @@
 #include "surface_fit/scan_arguments.hpp"
 
+#include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <utility>
@@ -151,6 +153,75 @@ Pixel beside(const DepthImage& image, const Pixel& pixel, const Pixel& other, do
   return is_near ? other : pixel;
 }
 
+/// How far normals may be wrong by noise, in radians.
+constexpr double least_certain = 0.15;
+
+/// The most pixels on each side of one from which its normal is found.
+constexpr std::size_t widest = 4;
+
+/// The standard deviation of the depths of an image, by the median of their second differences
+/// along rows, in distances between the points of neighbouring pixels; 0 if there are none.
+double relative_noise(const DepthImage& image, double jump) {
+  std::vector<double> seconds;
+  const std::size_t step = 1 + image.height * image.width / 10000;
+  for (std::size_t p = 0; p < image.height * image.width; p += step) {
+    const std::size_t row = p / image.width;
+    const std::size_t column = p % image.width;
+    if (column == 0 || column + 1 == image.width) continue;
+    std::array<double, 3> z{};
+    for (std::size_t i = 0; i < 3; ++i) {
+      z[i] = static_cast<double>(measured_depth(image, row, column + i - 1));
+    }
+    const bool is_whole =
+        std::ranges::min(z) > 0 && std::ranges::max(z) - std::ranges::min(z) <= jump;
+    if (is_whole) seconds.push_back(std::abs(z[0] - 2 * z[1] + z[2]) * image.intrinsics[0] / z[1]);
+  }
+  // Of normal noise, the median is 0.6745 of the standard deviation, here of 1 - 2 + 1.
+  return seconds.empty() ? 0 : median(seconds) / (0.6745 * std::sqrt(6.0));
+}
+
+/// How many pixels on each side of one determine its normal well enough; 0 if the next ones do.
+std::size_t reach_of(double noise) {
+  if (noise / std::sqrt(2.0) < least_certain) return 0;
+  std::size_t reach = 1;
+  for (; reach < widest; ++reach) {
+    const auto r = static_cast<double>(reach);
+    // The variance of a slope: that of the noise over the sum of the squared offsets.
+    if (noise / std::sqrt((2 * r + 1) * (2 * r + 1) * r * (r + 1) / 3) < least_certain) break;
+  }
+  return reach;
+}
+
+/// The normal of the plane that fits the pixels around one best: the inverse of its depth is linear
+/// in rows and columns. 0 if they are on a line.
+Vector3 normal_around(const DepthImage& image, const Pixel& pixel, std::size_t reach, double jump) {
+  const auto depth = static_cast<double>(measured_depth(image, pixel.row, pixel.column));
+  Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d products = Eigen::Vector3d::Zero();
+  const auto from = [&](std::size_t at) { return at - std::min(at, reach); };
+  for (std::size_t r = from(pixel.row); r <= pixel.row + reach && r < image.height; ++r) {
+    for (std::size_t c = from(pixel.column); c <= pixel.column + reach && c < image.width; ++c) {
+      const auto z = static_cast<double>(measured_depth(image, r, c));
+      if (!(z > 0 && std::abs(z - depth) <= jump)) continue;
+      const Eigen::Vector3d place(static_cast<double>(c) - static_cast<double>(pixel.column),
+                                  static_cast<double>(r) - static_cast<double>(pixel.row), 1);
+      squares += place * place.transpose();
+      products += depth / z * place;
+    }
+  }
+  const Eigen::FullPivLU<Eigen::Matrix3d> solver(squares);
+  if (solver.rank() < 3) return {};
+  const Eigen::Vector3d slope = solver.solve(products);
+  const auto& k = image.intrinsics;
+  const double u = static_cast<double>(pixel.column) - k[2];
+  const double v = static_cast<double>(pixel.row) - k[5];
+  // With K the intrinsics, X = z K^-1 (u, v, 1), so that the normal is K^T times the slopes.
+  const double ahead = slope[2] - slope[0] * u - slope[1] * v;
+  return unit_of(slope[0] * k[0] * axis(image.pose, 0) +
+                 (slope[0] * k[1] + slope[1] * k[4]) * axis(image.pose, 1) +
+                 ahead * axis(image.pose, 2));
+}
+
 }  // namespace
 
 PointScan point_scan_of(std::span<const DepthImage> images, double jump, std::size_t most) {
@@ -167,6 +238,7 @@ PointScan point_scan_of(std::span<const DepthImage> images, double jump, std::si
   std::vector<float> depths;
   for (const DepthImage& full : images) {
     const DepthImage image = reduced(full, size, depths);
+    const std::size_t reach = reach_of(relative_noise(image, jump));
     const auto sensor = axis(image.pose, 3);
     const auto number = static_cast<std::uint32_t>(scan.sensors.size());
     scan.sensors.push_back(sensor);
@@ -180,8 +252,9 @@ PointScan point_scan_of(std::span<const DepthImage> images, double jump, std::si
         const Pixel below = beside(image, here, {row + 1, column}, jump);
         if (left == right || above == below) continue;
         const auto point = point_of(image, here);
-        const auto normal = cross(point_of(image, below) - point_of(image, above),
-                                  point_of(image, right) - point_of(image, left));
+        const auto normal = reach > 0 ? normal_around(image, here, reach, jump)
+                                      : cross(point_of(image, below) - point_of(image, above),
+                                              point_of(image, right) - point_of(image, left));
         const bool is_away = dot(normal, sensor - point) < 0;
         scan.points.push_back(point);
         scan.normals.push_back((is_away ? -1.0 : 1.0) * unit_of(normal));

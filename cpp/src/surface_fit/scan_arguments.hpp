@@ -60,7 +60,8 @@ PointScan point_scan_of(const Scan<Real>& scan, double mean_edge, Workers& worke
 }
 
 /// The points of the pixels of images. A normal is that of the differences to the neighbouring
-/// pixels of the same surface, which are at most `jump` nearer or farther. A pixel without such a
+/// pixels of the same surface, which are at most `jump` nearer or farther, or, where the noise of
+/// the image hides it, of the plane that fits more pixels around one best. A pixel without such a
 /// neighbour in its row or in its column says nothing. If there are more than `most` points, the
 /// medians of 2 by 2, 3 by 3 ... pixels take their place, which have less noise.
 ///
