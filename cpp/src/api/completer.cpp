@@ -68,6 +68,7 @@ struct Completion {
   [[nodiscard]] Memory first_memory() const {
     Memory memory(first_frame);
     memory.departures = leaders.departures();
+    memory.completion.ruined = first_frame;
     if (detail) detail->begin(memory);
     return memory;
   }
@@ -101,9 +102,10 @@ struct Completion {
     }
     disconnected.remember(memory, next);
     next.completion.first_frame = memory.completion.first_frame;
+    next.completion.n_ruined = 0;
     describe(next, report);
     quality.judge(memory, next, report);
-    if (learned) learned->learn(next);
+    if (learned && next.completion.n_ruined == 0) learned->learn(next);
     return report;
   }
 

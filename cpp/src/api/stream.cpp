@@ -93,7 +93,7 @@ template <class Real>
 void Stream::put(Points<Real> completed) {
   const auto put_rows = [&, completed](Index first, Index last) {
     const Points<Real> to = completed;
-    const Vector3* const from = memory.last.data();
+    const Vector3* const from = completed_frame(memory).data();
     for (Index v = first; v < last; ++v) {
       to(at(v), 0) = static_cast<Real>(from[v].x);
       to(at(v), 1) = static_cast<Real>(from[v].y);

@@ -137,10 +137,47 @@ void CompletionQuality::judge(const Memory& memory, Memory& next, FrameReport& r
     if (has_edges || has_anchors) ++check.n_judged;
   }
   describe(next, report);
+  if (report.quality == Quality::ruined) leave_out(memory, next);
+}
+
+/// Lets the next memory keep what it was before a ruined frame, unless that agrees with the frame
+/// before, or with some ruined ones: after a cut, the frames are of something else, but of the
+/// same. Its standard errors are those of the frame.
+void CompletionQuality::leave_out(const Memory& memory, Memory& next) {
+  const auto agrees_with = [&](Field before) {
+    return change_at_anchors(next.generations.of_vertices(), before, next.last) < limits.misfit;
+  };
+  if (memory.completion.n_ruined == 0 && agrees_with(memory.last)) return;
+  const bool agrees = memory.completion.n_ruined > 0 && agrees_with(memory.completion.ruined);
+  next.completion.n_ruined = agrees ? memory.completion.n_ruined + 1 : 1;
+  if (next.completion.n_ruined >= limits.agreeing_frames) {
+    next.completion.n_ruined = 0;
+    return;
+  }
+  std::swap(next.completion.ruined, next.last);
+  const auto keep = [](const auto& before, auto& now) { std::ranges::copy(before, now.begin()); };
+  keep(memory.last, next.last);
+  keep(memory.q, next.q);
+  keep(memory.m, next.m);
+  keep(memory.departures, next.departures);
+  keep(memory.completion.u, next.completion.u);
+  keep(memory.completion.sizes, next.completion.sizes);
+  next.completion.lambda = memory.completion.lambda;
+  next.completion.gains = memory.completion.gains;
+  next.fit = memory.fit;
+  keep(memory.errors.errors, next.errors.errors);
+  keep(memory.errors.changes, next.errors.changes);
+  keep(memory.errors.energies, next.errors.energies);
+  keep(memory.errors.turns, next.errors.turns);
+  next.errors.energy = memory.errors.energy;
+  next.errors.of_noise = memory.errors.of_noise;
+  next.errors.of_shape = memory.errors.of_shape;
+  next.errors.frame = memory.errors.frame;
+  next.errors.turns_of_all = memory.errors.turns_of_all;
 }
 
 void CompletionQuality::describe(const Memory& memory, FrameReport& report) {
-  const Field completed = memory.last;
+  const Field completed = completed_frame(memory);
   const Generation generation = memory.generations.of_vertices();
   const FirstFrameCheck& check = memory.completion.first_frame;
   report.quality = Quality::good;
@@ -221,7 +258,7 @@ auto CompletionQuality::shares_of(const Memory& memory) const -> Shares {
   Counts at_anchors;
   for (const Edge& edge : edges_) {
     const double size = sizes.empty() ? 1 : sizes[at(topology_.component[at(edge.a)])];
-    const double square = square_of(edge, memory.last) / (size * size);
+    const double square = square_of(edge, completed_frame(memory)) / (size * size);
     const std::size_t is_outside = square < edge.shortest || square > edge.longest ? 1 : 0;
     const std::size_t is_torn = square < edge.shortest_whole || square > edge.longest_whole ? 1 : 0;
     const std::size_t has_anchor = generation[edge.a] == 0 || generation[edge.b] == 0 ? 1 : 0;

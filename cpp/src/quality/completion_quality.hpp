@@ -35,6 +35,7 @@ struct CompletionLimits {
   double steps = 2.3;
   double clear_misfit = 0.5;  ///< in the first frame, before there are any steps (0.35, of noise)
   Index judged_frames = 4;    ///< later, the subject may have changed
+  Index agreeing_frames = 3;  ///< in a row, after which ruined frames are of another subject
   std::size_t fewest = 50;    ///< edges at anchors from which anything is concluded
   /// Its vertices are in another order if the distances between at least so many anchors have
   /// changed, by the median, by more than this share more or less than usual (0.43).
@@ -58,7 +59,8 @@ class CompletionQuality {
   CompletionQuality(const Topology& topology, Field first_frame);
 
   /// Sets `quality` and `reason` in the report of the next frame, which is completed, and the check
-  /// of frame 0, which is that of the frame before so far.
+  /// of frame 0, which is that of the frame before so far. Later frames do not follow from a ruined
+  /// one.
   void judge(const Memory& memory, Memory& next, FrameReport& report);
   /// Sets `quality` and `reason` in the report of a frame that was judged before, by its check.
   void describe(const Memory& memory, FrameReport& report);
@@ -84,6 +86,7 @@ class CompletionQuality {
   [[nodiscard]] double square_of(const Edge& edge, Field frame) const;
   [[nodiscard]] double length_of(const Edge& edge, Field frame) const;
   void choose_anchors(Generation generation);
+  void leave_out(const Memory& memory, Memory& next);
   [[nodiscard]] bool is_mirrored(Field frame) const;
   [[nodiscard]] Shares shares_of(const Memory& memory) const;
   double change_at_anchors(Generation generation, Field from, Field to);

@@ -46,7 +46,7 @@ void check_memory(const Memory& memory, double largest) {
     refuse_state("holds tests that no frame can have made");
   }
   const FirstFrameCheck& check = memory.completion.first_frame;
-  if (check.n_judged < 0 || check.sum_of_steps < 0 ||
+  if (check.n_judged < 0 || memory.completion.n_ruined < 0 || check.sum_of_steps < 0 ||
       check.result > FirstFrameCheck::is_reordered) {
     refuse_state("holds a verdict that no frames can have left");
   }
@@ -65,6 +65,9 @@ void check_memory(const Memory& memory, double largest) {
     refuse_state("holds negative squares");
   }
   if (memory.tracking.is_start > 1) refuse_state("does not tell whether a frame was good");
+  if (memory.tracking.good_in_a_row < 0 || !(memory.tracking.recent.growth > 0)) {
+    refuse_state("holds recent frames that no tracker can have left");
+  }
   const auto is_share = [](double x) { return x >= 0 && x <= 1; };
   const auto is_plausible = [](double a) {
     return std::abs(a) <= training_constants.largest_coefficient;

@@ -88,6 +88,24 @@ struct CompletionMemory {
   double lambda = detail_constants.first_lambda;  ///< the weight of noisy anchors, in the unit of K
   GainMemory gains;
   FirstFrameCheck first_frame;
+  /// (k,) The last frame that was ruined. It is the one that was completed while `n_ruined` is not
+  /// 0; what else is remembered is then of the last frame before that was not.
+  std::vector<Vector3> ruined;
+  Index n_ruined = 0;  ///< in a row, each of which agrees with the one before, up to a limit
+};
+
+/// What is usual of a number: its mean, and its mean deviation from that.
+struct Usual {
+  double mean = 0;
+  double deviation = 0;
+};
+
+/// What the good frames of a tracker were like, the less the older: the numbers of their measures.
+struct RecentFrames {
+  double count = 0;
+  Usual missing;  ///< 1 - explained
+  Usual hole, contradicted, stretch, change;
+  double growth = 1;  ///< of the last one
 };
 
 /// What trackers alone remember.
@@ -95,7 +113,9 @@ struct TrackingMemory {
   std::vector<Vector3> before;            ///< (k,) the frame before the last one
   FitMemory coarse_fit;                   ///< of the coarse mesh
   std::vector<double> coarse_departures;  ///< of the coarse mesh
-  std::vector<Vector3> good;              ///< (k,) the last frame in which the surface was not lost
+  std::vector<Vector3> good;              ///< (k,) the last good frame, at first frame 0
+  RecentFrames recent;
+  int good_in_a_row = 0;  ///< since the surface was lost, up to a limit, which is that of frame 0
   /// The number of frames in which it is not sought elsewhere, or none: until a frame is good.
   std::optional<int> frames_until_search = 0;
   std::uint8_t is_start = 1;  ///< whether no frame was good yet
@@ -129,6 +149,11 @@ struct Memory {
   TrackingMemory tracking;
 };
 
+/// The frame that was completed last.
+inline Field completed_frame(const Memory& memory) {
+  return memory.completion.n_ruined > 0 ? memory.completion.ruined : memory.last;
+}
+
 /// Calls `visit` with all numbers of a memory, some at a time: a number or a vector of numbers, of
 /// Vector3 or of Quaternion. With `false` if they need not be finite.
 template <class Visited, class Visit>
@@ -143,6 +168,14 @@ void each_number(Visited& memory, const Visit& visit) {
   visit(completion.first_frame.n_judged);
   visit(completion.first_frame.sum_of_steps);
   visit(completion.first_frame.result);
+  visit(completion.n_ruined);
+  if constexpr (std::is_const_v<Visited>) {
+    // Without a ruined frame, whatever it holds must not make a difference between states.
+    const bool is_left = completion.n_ruined == 0 && !completion.ruined.empty();
+    visit(is_left ? memory.last : completion.ruined);
+  } else {
+    visit(completion.ruined);
+  }
   visit(memory.q);
   visit(memory.m);
   visit(completion.u);
@@ -178,6 +211,15 @@ void each_number(Visited& memory, const Visit& visit) {
   visit(memory.errors.turns_of_all);
   visit(memory.errors.standard_errors, false);  // infinite for disconnected vertices
   visit(tracking.good);
+  visit(tracking.recent.count);
+  for (auto* usual :
+       {&tracking.recent.missing, &tracking.recent.hole, &tracking.recent.contradicted,
+        &tracking.recent.stretch, &tracking.recent.change}) {
+    visit(usual->mean);
+    visit(usual->deviation);
+  }
+  visit(tracking.recent.growth);
+  visit(tracking.good_in_a_row);
   constexpr std::uint8_t until_good = 255;
   auto pause = static_cast<std::uint8_t>(tracking.frames_until_search.value_or(until_good));
   visit(pause);

@@ -155,6 +155,49 @@ def test_points_of_other_vertices_are_told_in_the_frame_that_has_them() -> None:
     assert found == ["good", "good", "ruined", "ruined", "good"]
 
 
+@pytest.mark.parametrize("method", ["motion", "detail"])
+@pytest.mark.parametrize("is_restored", [False, True])
+def test_frames_do_not_follow_from_a_ruined_one(method: Any, is_restored: bool) -> None:
+    subject = walker()
+    frames = subject.vertices[:9].astype(np.float64)
+    known = np.random.default_rng(1).random(frames.shape[:2]) < 0.5
+    errors = []
+    for wrong in (None, RNG.permutation(frames[5]), 1.7 * frames[5, ::-1]):
+        completer = dynmesh.Completer(subject.faces, frames[0], method=method)
+        for n in range(1, 9):
+            points = frames[n] if n != 5 or wrong is None else wrong
+            made = completer.push(np.where(known[n, :, None], points, np.nan))
+            if n == 5 and wrong is not None:
+                assert completer.report.quality == "ruined"
+                np.testing.assert_array_equal(made[known[n]], wrong[known[n]])
+            if is_restored:
+                state, completer = (
+                    completer.state(),
+                    dynmesh.Completer(subject.faces, frames[0], method=method),
+                )
+                completer.restore(state)
+                assert completer.state() == state
+                assert (completer.report.quality == "ruined") == (n == 5 and wrong is not None)
+        errors.append(float(np.abs(made - frames[8]).max()))
+    assert max(errors[1:]) < 1.5 * errors[0]
+
+
+@pytest.mark.parametrize("method", ["motion", "detail"])
+def test_ruined_frames_that_agree_are_followed(method: Any) -> None:
+    """After a cut, another subject is known, whose vertices have another order."""
+    subject = walker()
+    frames = subject.vertices[:14].astype(np.float64)
+    other = RNG.permutation(frames.shape[1])
+    known = np.random.default_rng(1).random(frames.shape[:2]) < 0.9
+    completer = dynmesh.Completer(subject.faces, frames[0], method=method)
+    errors = []
+    for n in range(1, 14):
+        truth = frames[n] if n < 5 else frames[n][other]
+        made = completer.push(np.where(known[n, :, None], truth, np.nan))
+        errors.append(float(np.linalg.norm(made - truth, axis=1).mean()))
+    assert errors[-1] < 0.4 * errors[4]
+
+
 def test_a_verdict_is_restored() -> None:
     subject = walker()
     kept = {}
