@@ -1,7 +1,7 @@
 """Registration of a template with one scan."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
@@ -79,6 +79,14 @@ class Registration:
     converged: bool
     scale: float
     growth: float
+    explained: float = field(repr=False)
+    contradicted: float = field(repr=False)
+    change: float = field(repr=False)
+    others: float = field(repr=False)
+    others_distance: float = field(repr=False)
+    noise: float = field(repr=False)
+    doubt: float = field(repr=False)
+    leap: float = field(repr=False)
     lost: float
     disagreeing: float
     points: int

@@ -59,21 +59,38 @@ class TrackingReport(FrameReport):
         points: how many measured points were compared with the surface. Stray points, which are far
             from the surface and sparser than others, are left out.
         far: the share of them that are farther than one mean edge of the template from the surface,
-            0 to 1; NaN without points. Up to 0.01 is usual.
+            0 to 1; NaN without points. Other things in the scan are.
         disagreeing: the share that is near the surface, but whose normal is that of another one;
             NaN without points.
         distance: the root mean square distance from the surface of those that are not far, in the
             unit of the positions; NaN without any.
+        explained: of the template's surface that sensors should see, since it faces one of them
+            while nothing lies before it, the share that has a point within the noise of the points.
+            Without sensors, it should be seen from all sides.
+        contradicted: the share of this surface that a sensor saw through, since it measured what
+            lies behind, and the share of the points on the mesh that face the other way.
         stretch: by which share of their length the edges have changed since the first frame, on
-            average.
+            average, beside their common growth.
         growth: how many times as long as in the first frame the edges are, by their median.
+        change: how much the edges have changed since the last good frame, as `stretch`.
+        others: the share of the points that lie on nothing of the mesh, since other things were
+            measured as well. They do not make a frame worse.
+        others_distance: their median distance from the mesh.
+        noise: the standard deviation of the points about their surface.
         seen: the share of the vertices that have a measured point.
         lost: a vertex of the largest component that is lost, since nothing was measured where it
             should be seen and nothing holds it there; -1 if none is.
-        quality: "good"; "doubtful" if `far` / 0.03, `disagreeing` / 0.3 and `stretch` / 0.13 add up
-            to more than 1, if less than 1 % of the vertices have a point, or if, until a frame is
-            good, `stretch` is more than 0.06 or `growth` is beyond 6 %, or if a component is lost;
-            "ruined" if `far` is more than 0.05, `disagreeing` than 0.2, or `stretch` than 0.3.
+        doubt: what speaks against the mesh, as a multiple of what a good one has at most: the share
+            that is not explained, divided by 0.1 or by what is usual of recent frames; or, if it is
+            more, the sum of `contradicted` / 0.05, `stretch` / 0.13 and, of the template's area,
+            the largest piece without a point, divided by 0.05. Until a frame is good also
+            `stretch` / 0.06, and the growth by 6 %.
+        leap: `change` as a multiple of the largest that the recent good frames make likely, or the
+            growth since then as one of 6 %; 0 if the shape has not become another one.
+        quality: "good"; "doubtful" if `doubt` is more than 1, if less than 1 % of the vertices have
+            a point, or if a component is lost; "ruined" if `leap` is more than 1, which lasts until
+            the mesh is right again, `contradicted` more than 0.15, `explained` less than 0.3, or
+            `stretch` more than 0.3.
         reason: why the quality is not good, in a sentence; empty if it is.
         misfit: `far` + `disagreeing` + `stretch`, which is least for the right one of several
             meshes in the same scan.
@@ -87,6 +104,14 @@ class TrackingReport(FrameReport):
     distance: float
     stretch: float
     growth: float
+    explained: float
+    contradicted: float
+    change: float
+    others: float
+    others_distance: float
+    noise: float
+    doubt: float
+    leap: float = field(repr=False)
     seen: float
     quality: Literal["good", "doubtful", "ruined"]
     reason: str

@@ -22,24 +22,46 @@ struct Situation {
 };
 
 TEST_CASE("what speaks against a mesh makes it doubtful or ruined, for the cause that it tells") {
-  const auto agreement = [](double far, double disagreeing) {
-    return Agreement{1000, far, disagreeing, 0.1};
+  const auto made = [](const auto& change) {
+    Measure measure{.agreement = {1000, 0, 0, 0.1}};
+    change(measure);
+    return measure;
   };
-  const Agreement near = agreement(0, 0);
   const std::array situations = {
       Situation{"nothing", {}, Quality::good},
-      Situation{"some of each, and little", {near, 0.01, 0.01, 0.0005, 0.02}, Quality::good},
-      Situation{"some of each", {near, 0.01, 0.01, 0.001, 0.06}, Quality::doubtful},
-      Situation{"unexplained points", {near, 0.04}, Quality::doubtful},
-      Situation{"a hole", {near, 0, 0.05}, Quality::doubtful},
-      Situation{"a large hole", {near, 0, 0.45}, Quality::doubtful, Cause::part},
-      Situation{"half of it on the other half", {near, 0, 0, 0.5}, Quality::doubtful, Cause::part},
-      Situation{"far points", {agreement(0.3, 0), 0.3, 0.5}, Quality::ruined, Cause::pose},
-      Situation{"edges", {near, 0, 0, 0, 0.135}, Quality::doubtful},
-      Situation{"long edges", {near, 0, 0, 0, 0.2}, Quality::doubtful, Cause::pose},
-      Situation{"very long edges", {near, 0, 0, 0, 0.35}, Quality::ruined, Cause::pose},
-      Situation{"all edges longer", {near, 0, 0, 0, 0.5, 2}, Quality::ruined, Cause::size},
-      Situation{"all edges shorter", {near, 0, 0, 0, 0.5, 0.5}, Quality::ruined, Cause::size},
+      Situation{"other things", made([](Measure& m) { m.others = 0.6; }), Quality::good},
+      Situation{"some of each, and little", made([](Measure& m) {
+                  m.contradicted = 0.02;
+                  m.stretch = 0.03;
+                  m.hole = 0.01;
+                }),
+                Quality::good},
+      Situation{"some of each", made([](Measure& m) {
+                  m.contradicted = 0.02;
+                  m.stretch = 0.06;
+                  m.hole = 0.01;
+                }),
+                Quality::doubtful},
+      Situation{"little is missing", made([](Measure& m) { m.explained = 0.91; }), Quality::good},
+      Situation{"a part is missing", made([](Measure& m) { m.explained = 0.85; }),
+                Quality::doubtful},
+      Situation{"hardly anything is there", made([](Measure& m) { m.explained = 0.2; }),
+                Quality::ruined, Cause::pose},
+      Situation{"a hole", made([](Measure& m) { m.hole = 0.06; }), Quality::doubtful},
+      Situation{"a large hole", made([](Measure& m) { m.hole = 0.45; }), Quality::doubtful,
+                Cause::part},
+      Situation{"half of it on the other half", made([](Measure& m) { m.overlap = 0.5; }),
+                Quality::doubtful, Cause::part},
+      Situation{"seen through", made([](Measure& m) { m.contradicted = 0.2; }), Quality::ruined,
+                Cause::pose},
+      Situation{"edges", made([](Measure& m) { m.stretch = 0.135; }), Quality::doubtful},
+      Situation{"very long edges", made([](Measure& m) { m.stretch = 0.35; }), Quality::ruined,
+                Cause::pose},
+      Situation{"another size", made([](Measure& m) {
+                  m.stretch = 0.35;
+                  m.growth = 2;
+                }),
+                Quality::ruined, Cause::size},
   };
   for (const Situation& one : situations) {
     CAPTURE(one.name);
@@ -48,6 +70,51 @@ TEST_CASE("what speaks against a mesh makes it doubtful or ruined, for the cause
     CHECK(measure.quality == one.quality);
     CHECK(measure.reason().empty() == (one.quality == Quality::good));
     if (one.quality != Quality::good) CHECK(measure.cause() == one.cause);
+  }
+}
+
+TEST_CASE("a shape that leaps is lost, and one that always moves as fast is not") {
+  for (const double usual : {0.005, 0.03}) {
+    for (const double change : {0.005, 0.03, 0.07}) {
+      Before before;
+      Measure frame{.agreement = {1000, 0, 0, 0.1}, .stretch = 0.02, .change = usual};
+      for (int i = 0; i < 20; ++i) add_frame(frame, before.recent);
+      CAPTURE(usual);
+      CAPTURE(change);
+      Measure next = frame;
+      next.change = change;
+      CHECK(judged(next, before) == Quality::good);  // while it is the shape of recent frames
+      next.stretch = 0.02 + change;
+      CHECK((judged(next, before) == Quality::ruined) == (usual < 0.01 && change > 0.05));
+    }
+  }
+}
+
+TEST_CASE("slow growth is that of the subject, and sudden growth that of a unit") {
+  Before before;
+  Measure frame{.agreement = {1000, 0, 0, 0.1}};
+  for (; frame.growth < 2; frame.growth *= 1.02) {
+    CHECK(judged(frame, before) == Quality::good);
+    add_frame(frame, before.recent);
+  }
+  frame.growth *= 1.1;
+  CHECK(judged(frame, before) == Quality::ruined);
+}
+
+TEST_CASE("what sensors always miss is expected, and without sensors, what was seen so far") {
+  for (const bool knows_sensors : {false, true}) {
+    CAPTURE(knows_sensors);
+    Before before{.knows_sensors = knows_sensors};
+    Measure frame{.agreement = {1000, 0, 0, 0.1}};
+    frame.explained = knows_sensors ? 0.8 : 0.5;
+    frame.is_start = true;
+    CHECK(judged(frame, before) == Quality::good);
+    frame.quality = Quality::good;
+    for (int i = 0; i < 20; ++i) add_frame(frame, before.recent);
+    frame.is_start = false;
+    CHECK(judged(frame, before) == Quality::good);
+    frame.explained -= 0.15;
+    CHECK(judged(frame, before) == Quality::doubtful);
   }
 }
 

@@ -329,6 +329,14 @@ typedef struct dynmesh_measure {
   double overlap;
   double stretch;
   double growth;
+  double explained;
+  double contradicted;
+  double change;
+  double others;
+  double others_distance;
+  double noise;
+  double doubt;
+  double leap;
   double lost;
   double seen;
   int32_t quality;   ///< DYNMESH_GOOD, _DOUBTFUL or _RUINED

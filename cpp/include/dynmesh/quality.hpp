@@ -25,16 +25,11 @@ struct Agreement {
 };
 
 enum class Quality {
-  /// What speaks against the mesh adds up to at most 1: the unexplained and the disagreeing share,
-  /// the stretch, the hole and the overlap, divided by 0.03, 0.3, 0.13, 0.035 and 0.003. At the
-  /// start of a tracker, the stretch is at most 0.06, and edges have grown or shrunk by at most 6
-  /// %.
-  good,
-  /// A part is probably wrong or missing, a component is lost, or less than 1 % of the vertices
-  /// have a point.
-  doubtful,
-  /// The scan is of something else, or the pose was not found: more than 5 % of the points are far,
-  /// 20 % disagree, or the stretch is more than 0.3.
+  good,      ///< nothing speaks against the mesh: `doubt` is at most 1
+  doubtful,  ///< a part is probably wrong or missing, or hardly anything was measured
+  /// The scan is of something else, or the pose was lost: the shape leapt in one frame, more than
+  /// 15 % of the surface is contradicted, less than 30 % of it explained, or edges have changed by
+  /// 30 %.
   ruined,
 };
 
@@ -60,11 +55,35 @@ struct DYNMESH_EXPORT Measure {
   double hole = 0;
   /// The share of the template's area where another part lies as well and faces the same way.
   double overlap = 0;
-  /// By which share of their length the edges have changed, on average; if it is large, the scan is
-  /// of another subject, or of another size.
+  /// By which share of their length the edges have changed, on average, beside their common growth;
+  /// if it is large, the scan is of another subject.
   double stretch = 0;
   /// How many times as long as those of the template the edges are, by their median.
   double growth = 1;
+  /// Of the template's surface that sensors should see, since it faces one of them while nothing
+  /// lies before it, the share that has a point within the noise of the points.
+  double explained = 1;
+  /// What speaks against the mesh: the share of this surface that a sensor saw through, since it
+  /// measured what lies behind, and the share of the points on the mesh that face the other way.
+  double contradicted = 0;
+  /// How much the edges have changed since the last good frame of a tracker, as `stretch`.
+  double change = 0;
+  /// The share of the points that lie on nothing of the mesh, since other things were measured as
+  /// well, and their median distance from it.
+  double others = 0;
+  double others_distance = 0;
+  /// The standard deviation of the points about their surface.
+  double noise = 0;
+  /// What speaks against the mesh, as a multiple of what a good one has at most. Either of two is
+  /// more than 1 if it is not good: the share that is not explained, divided by 0.1 or by what is
+  /// usual of recent frames; and the sum of what is contradicted, of the stretch and of the hole,
+  /// divided by 0.05, 0.13 and 0.05. At the start of a tracker, whose template is the subject in
+  /// its pose there, also the stretch divided by 0.06, and the growth by 6 %; later, growth by 6 %
+  /// in one frame.
+  double doubt = 0;
+  /// `change` as a multiple of the largest that the recent good frames make likely; 0 if the shape
+  /// has not become another one. A pose that was lost is held by bending the mesh otherwise.
+  double leap = 0;
   /// Whether no earlier frame of the tracker was good. Its template is the subject as it is in the
   /// first scan; one that must be deformed to reach the points is another, or lies elsewhere.
   bool is_start = false;

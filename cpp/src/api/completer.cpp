@@ -35,7 +35,7 @@ struct Completion {
   using Report = FrameReport;
 
   /// What a state is of. The last character is the version of the format.
-  static constexpr StateFormat format = {'d', 'y', 'n', 'm', 'e', 's', 'h', 'K'};
+  static constexpr StateFormat format = {'d', 'y', 'n', 'm', 'e', 's', 'h', 'L'};
   static constexpr const char* name = "completer";
 
   Completion(Stream& shared, const Settings& settings, std::vector<Vector3> frame)

@@ -14,6 +14,8 @@
 #include "base/geometry.hpp"
 #include "base/statistics.hpp"
 #include "base/stored_numbers.hpp"
+#include "quality/evidence.hpp"
+#include "quality/limits.hpp"
 #include "quality/measure.hpp"
 #include "registration/constants.hpp"
 #include "registration/pose_search.hpp"
@@ -31,13 +33,20 @@ class Recovery {
   using Frame = std::vector<Vector3>;
 
   /// `mesh` and `first_frame` must outlive this object.
-  Recovery(Stream& mesh, const Frame& first_frame, bool is_wanted)
-      : mesh_(mesh), is_wanted_(is_wanted), first_(first_frame) {}
+  Recovery(Stream& mesh, const SurfaceLevel& surface, const Frame& first_frame, bool is_wanted)
+      : mesh_(mesh), surface_(surface), is_wanted_(is_wanted), first_(first_frame) {
+    for (const Index of : mesh.topology.component) {
+      is_sheet_.push_back(surface.materials()[at(of)].is_sheet ? 1 : 0);
+    }
+    const auto normals = surface.normals_of(first_frame);
+    seen_ = sight_of(bent(first_frame, normals), {}, 0, 0, mesh.workers).seen;
+  }
 
   /// What is remembered of frame 0.
   void begin(Memory& memory) const {
-    if (!is_wanted_) return;
     memory.tracking.good = first_;
+    memory.tracking.good_in_a_row = quality_limits.settled_frames;
+    if (!is_wanted_) return;
     // A scan that has been far from the surface from the start may show other things beside it, so
     // the first pause lasts until a frame is good.
     memory.tracking.frames_until_search = std::nullopt;
@@ -46,13 +55,24 @@ class Recovery {
   /// How the surface lies in the scan in which it was found.
   [[nodiscard]] Measure measure(const Memory& memory, const FittedSurface& found) const {
     const Cells& cells = mesh_.topology.cells;
-    Measure made = measured(found.agreements.all, found.observed, cells, first_, found.x);
+    const PointScan& scan = *found.points.scan;
+    Measure made =
+        measured_beside_growth(found.agreements.all, found.observed, cells, first_, found.x);
+    const auto normals = surface_.normals_of(found.x);
+    const BentSurface surface = bent(found.x, normals);
+    const PointQuality quality = quality_of(surface, found.points);
+    const double reach = surface_.constants().radius * surface_.mean_edge();
+    const Sight sight = scan.sensors.empty()
+                            ? Sight{seen_, std::vector<std::uint8_t>(seen_.size())}
+                            : sight_of(surface, scan, quality.noise, reach, mesh_.workers);
+    add_evidence(evidence_of(surface, sight, quality, found.points), made);
+    made.change = change_of(cells, memory.tracking.good, found.x).stretch;
     made.is_start = memory.tracking.is_start != 0;
     if (!found.lost.empty() && found.agreements.all.points > 0) {
       made.lost = static_cast<double>(found.lost.front());
-      made.hole = static_cast<double>(found.lost.size()) / static_cast<double>(first_.size());
     }
-    made.quality = judged(made);
+    made.quality = judged(
+        made, {memory.tracking.recent, !scan.sensors.empty(), made.noise / surface_.mean_edge()});
     return made;
   }
   /// Whether the template was lost in a frame, after a good one.
@@ -73,26 +93,42 @@ class Recovery {
       return !is_lost(measure);
     };
     if (is_found_from(memory.tracking.good)) return start;
-    if (memory.tracking.frames_until_search == 0) {
+    // Points that are no surface are of nothing that can be found.
+    const bool is_surface = measure.noise < quality_limits.most_noise * surface_.mean_edge();
+    if (memory.tracking.frames_until_search == 0 && is_surface) {
       const auto frame = registered(memory.tracking.good, measurement);
       if (frame && is_found_from(*frame)) {
         measure.is_start = false;  // the scan may show another pose
-        measure.quality = judged(measure);
         return start;
       }
     }
     return std::nullopt;
   }
 
-  /// Remembers the completed frame, and whether it was sought again: a single one may be of
-  /// something else.
+  /// Remembers the completed frame, and whether it was sought again. A state that was found again
+  /// is the good one after some frames: a single one may be of something else.
   void remember(const Memory& memory, const Measure& measure, bool was_due, Memory& next) const {
     const bool has_points = measure.agreement.points > 0;
     const bool has_begun = has_points && (measure.quality == Quality::good || !measure.is_start);
     next.tracking.is_start = has_begun ? 0 : memory.tracking.is_start;
-    if (!is_wanted_) return;
     const bool is_good = has_points && !is_lost(measure);
-    next.tracking.good = is_good && !was_due ? next.last : memory.tracking.good;
+    TrackingMemory& tracking = next.tracking;
+    tracking.good = memory.tracking.good;
+    tracking.recent = memory.tracking.recent;
+    tracking.good_in_a_row = memory.tracking.good_in_a_row;
+    if (is_good) {
+      const int before = was_due ? 0 : tracking.good_in_a_row;
+      tracking.good_in_a_row = std::min(before + 1, quality_limits.settled_frames);
+      // A template that does not fit from the start on says nothing of the subject.
+      const bool tells = measure.quality == Quality::good || !measure.is_start;
+      if (tells && tracking.good_in_a_row == quality_limits.settled_frames) {
+        tracking.good = next.last;
+        add_frame(measure, tracking.recent);
+      }
+    } else if (has_points) {
+      tracking.good_in_a_row = 0;
+    }
+    if (!is_wanted_) return;
     next.tracking.frames_until_search = memory.tracking.frames_until_search;
     if (!memory.tracking.frames_until_search) {
       if (is_good) next.tracking.frames_until_search = 0;
@@ -111,6 +147,10 @@ class Recovery {
   }
 
  private:
+  [[nodiscard]] BentSurface bent(Field x, Field normals) const {
+    return {mesh_.faces, mesh_.topology.cells, first_,    x, normals,
+            is_sheet_,   surface_.mean_edge(), size_of(x)};
+  }
   static bool is_lost(const Measure& measure) { return measure.quality == Quality::ruined; }
   /// The last good shape where it was measured; none if there are too few points, or those of
   /// something of another size.
@@ -127,6 +167,9 @@ class Recovery {
   }
 
   Stream& mesh_;
+  const SurfaceLevel& surface_;
+  std::vector<std::uint8_t> is_sheet_;  // (k,)
+  std::vector<std::uint8_t> seen_;      // (k,) of frame 0, from all sides
   bool is_wanted_;
   const Frame& first_;
 };

@@ -57,6 +57,14 @@ void for_each_number(Visited& measure, const Visit& visit) {
   visit("overlap", measure.overlap, &Twin::overlap);
   visit("stretch", measure.stretch, &Twin::stretch);
   visit("growth", measure.growth, &Twin::growth);
+  visit("explained", measure.explained, &Twin::explained);
+  visit("contradicted", measure.contradicted, &Twin::contradicted);
+  visit("change", measure.change, &Twin::change);
+  visit("others", measure.others, &Twin::others);
+  visit("others_distance", measure.others_distance, &Twin::others_distance);
+  visit("noise", measure.noise, &Twin::noise);
+  visit("doubt", measure.doubt, &Twin::doubt);
+  visit("leap", measure.leap, &Twin::leap);
   visit("lost", measure.lost, &Twin::lost);
   visit("seen", measure.seen, &Twin::seen);
 }

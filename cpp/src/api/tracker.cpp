@@ -55,7 +55,7 @@ struct Tracking {
   using Report = TrackingReport;
 
   /// What a state is of. The last character is the version of the format.
-  static constexpr StateFormat format = {'d', 'y', 'n', 't', 'r', 'a', 'c', 'I'};
+  static constexpr StateFormat format = {'d', 'y', 'n', 't', 'r', 'a', 'c', 'J'};
   static constexpr const char* name = "tracker";
 
   Tracking(Stream& shared, const TrackerSettings& settings, std::vector<Vector3> frame)
@@ -63,7 +63,7 @@ struct Tracking {
         first_frame(std::move(frame)),
         surface(stream.faces, stream.topology, stream.workers, first_frame, stream.training,
                 {at(settings.resolution), settings.uncertainty, stream.coordinates.epsilon}),
-        recovery(stream, first_frame, settings.recover) {}
+        recovery(stream, surface.whole(), first_frame, settings.recover) {}
 
   [[nodiscard]] static bool is_reusable() { return true; }
 
@@ -78,7 +78,7 @@ struct Tracking {
   static void begin(const Memory& memory, TrackingReport& report) {
     Recovery::check(memory);
     if (memory.n_frames == 0) report.measure.is_start = memory.tracking.is_start != 0;
-    report.measure.quality = judged(report.measure);
+    report.measure.quality = quality_of(report.measure);
     describe_quality(report);
     describe(memory, report);
   }

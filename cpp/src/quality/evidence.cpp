@@ -21,19 +21,23 @@ namespace {
 constexpr double median_deviation = 0.6745;
 /// Fewer points tell no noise.
 constexpr std::size_t fewest_numbers = 50;
+/// About so many are enough, in stretches of so many that follow each other.
+constexpr std::size_t noise_points = 6000;
+constexpr std::size_t noise_row = 300;
 
 /// A surface that is turned away farther is seen so flatly that sensors may miss it.
 constexpr double least_facing = 0.35;
 /// Neighbours on a slope do not hide each other.
-constexpr double thickness = 1.5;  // mean edges
+constexpr double slope_depth = 1.5;  // mean edges
 /// Fewer points around a line of sight tell nothing of it.
 constexpr int fewest_on_line = 3;
 /// To so many of the other points at most, the distance is measured.
-constexpr std::size_t most_other_points = 32;
+constexpr std::size_t most_distances = 32;
 
 /// How near a point must be to lie on the surface.
 double reach_of(double noise, double mean_edge) {
-  return std::max(quality_limits.near_edges * mean_edge, quality_limits.near_noise * noise);
+  const double counted = noise < quality_limits.most_noise * mean_edge ? noise : 0;
+  return std::max(quality_limits.near_edges * mean_edge, quality_limits.near_noise * counted);
 }
 
 /// What a sensor measured, in cells of the image of a surface and a cell around it.
@@ -99,7 +103,8 @@ class MeasuredDepths {
 };
 
 /// (k,) 1 for vertices that are at most so far along edges from one that is marked.
-void spread(const BentSurface& surface, double distance, std::vector<std::uint8_t>& marks) {
+void spread_along_edges(const BentSurface& surface, double distance,
+                        std::vector<std::uint8_t>& marks) {
   const auto rounds = static_cast<int>(distance / surface.mean_edge);
   for (int round = 0; round < rounds; ++round) {
     const std::vector<std::uint8_t> before = marks;
@@ -112,7 +117,7 @@ void spread(const BentSurface& surface, double distance, std::vector<std::uint8_
 /// The median distance from the surface to some points, of which a few are enough.
 double distance_to(const BentSurface& surface, const std::vector<Vector3>& points) {
   std::vector<double> distances;
-  const std::size_t every = 1 + points.size() / most_other_points;
+  const std::size_t every = 1 + points.size() / most_distances;
   for (std::size_t i = 0; i < points.size(); i += every) {
     double nearest = std::numeric_limits<double>::infinity();
     for (const Vector3& x : surface.x) nearest = std::min(nearest, squared_norm(x - points[i]));
@@ -154,20 +159,25 @@ std::vector<double> compared_at_vertices(std::span<const double> heights,
 
 PointQuality quality_of(const BentSurface& surface, const MatchedPoints& points) {
   constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
+  // Some stretches of the curve along which the points follow each other are enough.
+  const std::size_t every = 1 + points.places.size() / noise_points;
+  const auto is_left_out = [&](std::size_t i) { return i / noise_row % every != 0; };
   std::vector<double> heights(points.places.size(), nothing);
   for (std::size_t i = 0; i < heights.size(); ++i) {
+    if (is_left_out(i)) continue;
     const Place& place = points.places[i];
     if (!place.any()) continue;
     const auto arm = points.points[i].position - place.on(surface.x);
     heights[i] = dot(arm, unit_of(place.on(surface.normals)));
   }
-  // Points that follow each other along a curve are neighbours. Dense ones have a part of their
+  // Points that follow each other are neighbours. Dense ones have a part of their
   // noise in common then, and are compared at vertices; sparse ones are alone there.
   const double squared_near = std::pow(2 * surface.mean_edge, 2);
   std::vector<double> steps;
   double n = 0;
   double agreeing = 0;
   for (std::size_t i = 1; i < heights.size(); ++i) {
+    if (is_left_out(i) || is_left_out(i - 1)) continue;
     const auto& [position, normal, is_undecided] = points.points[i];
     const auto& before = points.points[i - 1];
     if (squared_norm(position - before.position) > squared_near) continue;
@@ -215,7 +225,7 @@ Sight sight_of(const BentSurface& surface, const PointScan& scan, double noise, 
       const auto towards = unit_of(from_eigen(sensor) - surface.x[v]);
       const double facing = dot(surface.normals[v], towards);
       if (!((surface.is_sheet[v] != 0 ? std::abs(facing) : facing) > least_facing)) continue;
-      if (view.covers(v, thickness * surface.mean_edge)) continue;
+      if (view.covers(v, slope_depth * surface.mean_edge)) continue;
       const View::Place& place = view.place_of(v);
       const auto [nearest, n] = depths.around(place);
       if (n > 0 && nearest < place[2] - near) continue;  // something else is before it
@@ -279,8 +289,8 @@ Evidence evidence_of(const BentSurface& surface, const Sight& sight, const Point
   if (!(seen > 0)) return found;
   const double spacing = std::sqrt(seen / std::max(near, 1.0));
   // A few points are not everywhere on a surface, however sparse they are.
-  spread(surface, std::min(quality_limits.hole_spacings * spacing, 0.15 * surface.size),
-         is_explained);
+  spread_along_edges(surface, std::min(quality_limits.hole_spacings * spacing, 0.15 * surface.size),
+                     is_explained);
   double explained = 0;
   double seen_through = 0;
   std::vector<std::uint8_t> is_missing(areas.size());

@@ -6,25 +6,45 @@
 namespace dynmesh {
 
 inline constexpr struct QualityLimits {
-  /// A result is doubtful if what speaks against it adds up to more than 1: the shares of the
-  /// points that are unexplained and that disagree, the mean stretch of edges, the hole and the
-  /// overlap, each divided by this. Wrong poses often have some of each and not much of any. Points
-  /// of cloth that is tracked well disagree up to 0.12.
-  double unexplained = 0.03;
-  double disagreeing = 0.3;
+  /// The share of what sensors should see that may be without a point. Of good frames, it was at
+  /// most 0.04. At its start, a tracker does not know what its sensors always miss, such as hair.
+  double missing = 0.1;
+  double start_missing = 0.2;
+  double most_missing = 0.3;  ///< that may be usual
+  /// The same of the largest piece of it, of the template's area: a limb, not the half of one.
+  double hole = 0.05;
+  double start_hole = 0.12;
+  /// The shares that speak against a mesh, and the mean stretch of edges. Wrong poses often have
+  /// some of each and not much of any, so that they are added up, each divided by this. Of good
+  /// frames, 0.01 was contradicted at most.
+  double contradicted = 0.05;
   double stretch = 0.13;
-  double hole = 0.035;
+  double unexplained = 0.03;  ///< of points, in a registration
   double overlap = 0.003;
   /// At the start of a tracker, whose template is of the subject in its pose there, edges change by
-  /// less, on average, and in a body that is turned by 180 degrees by 0.08; noise of a third of an
-  /// edge changes them by 0.04, and makes them as much longer.
+  /// less, on average, and in a body that is turned by 180 degrees by 0.08; noise of a mean edge
+  /// changes them by `noise_stretch`, and makes them as much longer.
   double start_stretch = 0.06;
   double start_size = 1.06;
-  /// It is ruined, and a surface that is tracked is lost, if a larger share of the points is far
-  /// from it or disagrees, or if edges have changed by more.
-  double ruined_far = 0.05;
-  double ruined_disagreeing = 0.2;
+  double noise_stretch = 0.12;
+  /// The shape leaps if edges change in a frame by more than this, and by so many times what is
+  /// usual, while the stretch departs from the usual one by `leap_stretch`. Jumps of bodies change
+  /// them by 0.05, where 0.02 is usual; a body that was turned by 120 degrees, and is bent instead,
+  /// by 0.05 to 0.1, where 0.005 is usual, or 0.02 of noise.
+  double leap = 0.035;
+  double leap_times = 2.5;
+  double leap_stretch = 0.03;
+  /// What was usual holds for so many mean deviations from it.
+  double deviations = 4;
+  /// A surface that is tracked is lost, and a result ruined, if less is explained, if more of it is
+  /// contradicted, or if edges have changed by more.
+  double ruined_explained = 0.3;
+  double ruined_contradicted = 0.15;
   double ruined_stretch = 0.3;
+  /// Cameras are suspected whose points are far from the surface to a larger share.
+  double ruined_far = 0.05;
+  /// So many frames in a row are good until a state that was found again is the good one.
+  int settled_frames = 3;
 
   /// A point lies on the surface within so many mean edges, since a tracker follows fast motion
   /// with some delay, or, where the points are noisy, so many standard deviations of their noise.
@@ -32,6 +52,9 @@ inline constexpr struct QualityLimits {
   double near_noise = 3;
   /// Normals tell a side if so many of them agree with that of a neighbour.
   double agreeing_neighbours = 0.7;
+
+  /// Points that scatter by more mean edges are no surface, and their noise explains nothing.
+  double most_noise = 1.4;
 
   /// Where a smaller share of the vertices has a point, the mesh is a guess.
   double hardly_seen = 0.01;

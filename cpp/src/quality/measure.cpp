@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -9,25 +10,50 @@
 #include "base/geometry.hpp"
 #include "base/statistics.hpp"
 #include "quality/limits.hpp"
+#include "surface_fit/constants.hpp"
 #include "surface_fit/point_scan.hpp"
 
 namespace dynmesh {
 namespace {
 
+constexpr double told_share = 0.005;  // less is not worth a word
+
 /// Whether the median edge became so many times as long or as short.
 bool is_beyond(double growth, double times) { return !(growth > 1 / times && growth < times); }
 
+/// Of the vertices that are observed.
+double seen_share(std::span<const std::uint8_t> observed) {
+  return static_cast<double>(std::ranges::count(observed, 1)) /
+         static_cast<double>(observed.size());
+}
+
 }  // namespace
 
-double growth_of(const Cells& cells, Field before, Field after) {
+Change change_of(const Cells& cells, Field before, Field after) {
+  constexpr std::size_t enough = 8192;
+  const std::size_t every = 1 + cells.neighbours.size() / enough;
   std::vector<double> ratios;
+  std::size_t number = 0;
   for (std::size_t v = 0; v < before.size(); ++v) {
     for (const Index n : cells[v]) {
-      const double was = squared_norm(before[n] - before[v]);
-      if (was > 0) ratios.push_back(squared_norm(after[n] - after[v]) / was);
+      if (number++ % every != 0) continue;
+      const double was = squared_norm(before[at(n)] - before[v]);
+      if (was > 0) ratios.push_back(std::sqrt(squared_norm(after[at(n)] - after[v]) / was));
     }
   }
-  return ratios.empty() ? 1 : std::sqrt(quantile(std::move(ratios), 0.5));
+  Change found;
+  if (ratios.empty()) return found;
+  found.growth = quantile(ratios, 0.5);
+  double sum = 0;
+  for (const double ratio : ratios) {
+    sum += 1 - std::min(ratio, found.growth) / std::max({ratio, found.growth, 1e-300});
+  }
+  found.stretch = sum / static_cast<double>(ratios.size());
+  return found;
+}
+
+double growth_of(const Cells& cells, Field before, Field after) {
+  return change_of(cells, before, after).growth;
 }
 
 double unexplained_share(const MatchedPoints& points, double far_share) {
@@ -50,39 +76,113 @@ Measure measured(const Agreement& agreement, std::span<const std::uint8_t> obser
   found.unexplained = agreement.far_share;
   found.stretch = mean_stretch(cells, first_frame, x);
   found.growth = growth_of(cells, first_frame, x);
-  found.seen =
-      static_cast<double>(std::ranges::count(observed, 1)) / static_cast<double>(observed.size());
+  found.seen = seen_share(observed);
   return found;
 }
 
-Quality judged(const Measure& measure) {
+Measure measured_beside_growth(const Agreement& agreement, std::span<const std::uint8_t> observed,
+                               const Cells& cells, Field first_frame, Field x) {
+  Measure found;
+  found.agreement = agreement;
+  const Change change = change_of(cells, first_frame, x);
+  found.stretch = change.stretch;
+  found.growth = change.growth;
+  found.seen = seen_share(observed);
+  return found;
+}
+
+void add_evidence(const Evidence& evidence, Measure& measure) {
+  measure.explained = evidence.explained;
+  measure.contradicted = evidence.contradicted();
+  measure.hole = evidence.hole;
+  measure.others = evidence.others;
+  measure.others_distance = evidence.others_distance;
+  measure.noise = evidence.points.noise;
+}
+
+void add_frame(const Measure& measure, RecentFrames& recent) {
+  constexpr double newest = 0.1;  // the share of a new frame, at least
+  const double share = std::max(newest, 1 / (recent.count + 1));
+  const auto add = [&](double value, Usual& usual) {
+    const double deviation = std::abs(value - usual.mean);
+    usual.mean += share * (value - usual.mean);
+    if (recent.count > 0) usual.deviation += share * (deviation - usual.deviation);
+  };
+  add(1 - measure.explained, recent.missing);
+  add(measure.hole, recent.hole);
+  if (measure.quality == Quality::good || recent.count == 0) {
+    add(measure.contradicted, recent.contradicted);
+    add(measure.stretch, recent.stretch);
+    add(measure.change, recent.change);
+  }
+  recent.growth = measure.growth;
+  recent.count = std::min(recent.count + 1, 1 / newest);
+}
+
+Quality judged(Measure& measure, const Before& before) {
   constexpr const QualityLimits& limits = quality_limits;
-  const Agreement& points = measure.agreement;
-  // Shares are NaN without points.
-  const bool has_points = points.points > 0;
-  if ((has_points && points.far_share > limits.ruined_far) ||
-      (has_points && points.disagreeing > limits.ruined_disagreeing) ||
-      measure.stretch > limits.ruined_stretch) {
+  const RecentFrames& recent = before.recent;
+  const bool is_first = recent.count == 0;
+  const auto beyond = [&](const Usual& usual) {
+    return is_first ? 0 : usual.mean + limits.deviations * usual.deviation;
+  };
+  // What may be missing: at the start, or in a registration; later, what always is.
+  double missing = measure.is_start ? limits.start_missing : limits.missing;
+  double hole = measure.is_start ? limits.start_hole : limits.hole;
+  if (before.knows_sensors) {
+    missing = std::max(missing, std::min(limits.most_missing, beyond(recent.missing)));
+    hole = std::max(hole, std::min(limits.most_missing, beyond(recent.hole)));
+  } else {
+    const double always = std::numeric_limits<double>::infinity();
+    missing = is_first ? always : std::max(recent.missing.mean + missing, beyond(recent.missing));
+    hole = is_first ? always : std::max(recent.hole.mean + hole, beyond(recent.hole));
+  }
+  measure.doubt = measure.contradicted / limits.contradicted + measure.stretch / limits.stretch +
+                  measure.hole / hole + measure.unexplained / limits.unexplained +
+                  measure.overlap / limits.overlap;
+  const auto doubt = [&](double value, double limit) {
+    measure.doubt = std::max(measure.doubt, value / limit);
+  };
+  doubt(1 - measure.explained, missing);
+  const double by_noise = limits.noise_stretch * before.noise;
+  const double growth = std::abs(std::log(std::max(measure.growth, 1e-300)));
+  if (measure.is_start) {
+    doubt(measure.stretch, limits.start_stretch + by_noise);
+    doubt(growth, std::log(limits.start_size) + by_noise);
+  }
+  measure.leap = 0;
+  if (is_first) return quality_of(measure);
+  const double departure = measure.stretch - recent.stretch.mean;
+  const double usual = limits.deviations * recent.stretch.deviation;
+  if (departure > std::max(limits.leap_stretch, usual)) {
+    measure.leap = measure.change / std::max(limits.leap, limits.leap_times * recent.change.mean);
+  }
+  // Slow growth is that of the subject, sudden growth that of a unit.
+  const double grown = std::abs(std::log(std::max(measure.growth, 1e-300) / recent.growth));
+  measure.leap = std::max(measure.leap, grown / (std::log(limits.start_size) + by_noise));
+  return quality_of(measure);
+}
+
+Quality quality_of(const Measure& measure) {
+  constexpr const QualityLimits& limits = quality_limits;
+  const bool is_guess = measure.seen < limits.hardly_seen;
+  // A few points say nothing, but many that lie elsewhere do.
+  const bool has_points = measure.agreement.points >= TrackingConstants{}.fewest;
+  if (measure.leap > 1 || measure.stretch > limits.ruined_stretch ||
+      measure.contradicted > limits.ruined_contradicted ||
+      (has_points && measure.explained < limits.ruined_explained && measure.doubt > 1)) {
     return Quality::ruined;
   }
-  const double stretch = measure.is_start ? limits.start_stretch : limits.stretch;
-  double doubt =
-      measure.stretch / stretch + measure.hole / limits.hole + measure.overlap / limits.overlap;
-  if (has_points) {
-    doubt += measure.unexplained / limits.unexplained + points.disagreeing / limits.disagreeing;
-  }
-  const bool is_guess = measure.cause() == Cause::unseen;
-  const bool is_other = measure.is_start && (measure.stretch > limits.start_stretch ||
-                                             is_beyond(measure.growth, limits.start_size));
   const bool any_lost = measure.lost >= 0;
-  return doubt > 1 || is_guess || is_other || any_lost ? Quality::doubtful : Quality::good;
+  return measure.doubt > 1 || is_guess || any_lost ? Quality::doubtful : Quality::good;
 }
 
 Cause Measure::cause() const {
   constexpr const QualityLimits& limits = quality_limits;
   if (seen < limits.hardly_seen) return Cause::unseen;
   if (is_beyond(growth, limits.other_size)) return Cause::size;
-  if (std::max(hole, overlap) > limits.partial && agreement.far_share < limits.ruined_far) {
+  if (leap > 1) return Cause::pose;
+  if (std::max(hole, overlap) > limits.partial && contradicted < limits.contradicted) {
     return Cause::part;
   }
   const bool is_ruined = quality == Quality::ruined;
@@ -109,25 +209,28 @@ std::string Measure::reason() const {
       text = "the scan shows a part of the template only, and the place of the rest is a guess";
       break;
     case Cause::pose:
-      text = "the scan shows another mesh, or a pose that was not found";
+      text = leap > 1 ? joined("the pose was lost: since the last good frame, edges changed by ",
+                               percent(change), ", ", to_text(leap, 2), " times what is likely")
+                      : "the scan shows another mesh, or a pose that was not found";
       break;
     case Cause::place:
       text = "a part of the template is probably wrong or was not measured";
       break;
   }
   const auto add = [&](const char* before, double share, const char* after) {
-    if (share > 0) text += joined(before, percent(share), after);
+    if (share > told_share) text += joined(before, percent(share), after);
   };
-  add(": ", std::max(unexplained, agreement.far_share),
-      " of the points are farther from the mesh than their noise explains");
-  add(", ", agreement.disagreeing, " face another way than the mesh there");
-  add(", ", hole, " of the template is one piece without a point");
+  add(": ", 1 - explained, " of what sensors should see of it has no point");
+  add(", ", contradicted, " of it is contradicted: seen through, or measured from the other side");
+  add(", ", unexplained, " of the points are farther from it than their noise explains");
+  add(", ", hole, " of it is one piece without a point");
   if (lost >= 0) {
     text += joined(", the component of vertex ", to_text(lost, 15),
                    " is lost, since nothing was measured where it should be seen");
   }
   add(", ", overlap, " of it lies on another part");
-  return joined(text, ", and edges have changed by ", percent(stretch));
+  return joined(text, ", edges have changed by ", percent(stretch), " and are ", to_text(growth, 4),
+                " times as long");
 }
 
 }  // namespace dynmesh

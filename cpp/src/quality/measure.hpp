@@ -7,11 +7,20 @@
 #include <dynmesh/types.hpp>
 #include <span>
 
+#include "quality/evidence.hpp"
+#include "shape/memory.hpp"
 #include "surface_fit/surface_matcher.hpp"
 
 namespace dynmesh {
 
-/// How many times as long the edges have become, by their median; 1 if there are none.
+/// How the edges of a frame differ from those of another one. Of large meshes, some are measured.
+struct Change {
+  double growth = 1;   ///< how many times as long they have become, by their median
+  double stretch = 0;  ///< by which share of their length they have changed beside that, on average
+};
+
+Change change_of(const Cells& cells, Field before, Field after);
+/// The growth alone.
 double growth_of(const Cells& cells, Field before, Field after);
 
 /// How the points and the edges agree with a surface X (k,), of which some vertices are observed.
@@ -19,10 +28,31 @@ double growth_of(const Cells& cells, Field before, Field after);
 Measure measured(const Agreement& agreement, std::span<const std::uint8_t> observed,
                  const Cells& cells, Field first_frame, Field x);
 
+/// The same of a tracked frame, whose stretch is beside the growth. No points are unexplained.
+Measure measured_beside_growth(const Agreement& agreement, std::span<const std::uint8_t> observed,
+                               const Cells& cells, Field first_frame, Field x);
+
 /// The share of the points that are farther from the surface than their noise, after
 /// `update_distances`. `far_share` of them are far.
 double unexplained_share(const MatchedPoints& points, double far_share);
 
-Quality judged(const Measure& measure);
+/// Adds what speaks for the mesh and against it.
+void add_evidence(const Evidence& evidence, Measure& measure);
+
+/// What is known beside the measure of a frame.
+struct Before {
+  RecentFrames recent = {};   ///< of a tracker; none in a registration
+  bool knows_sensors = true;  ///< otherwise, what should be seen follows from recent frames
+  double noise = 0;           ///< of the points, in mean edges
+};
+
+/// Sets the doubt, the leap and the quality.
+Quality judged(Measure& measure, const Before& before = {});
+
+/// The quality that follows from the doubt and the leap.
+Quality quality_of(const Measure& measure);
+
+/// Adds a frame that is not lost to those before. Only good ones tell of the shape.
+void add_frame(const Measure& measure, RecentFrames& recent);
 
 }  // namespace dynmesh

@@ -444,6 +444,7 @@ void PoseSearch::judge(const Wanted& wanted, const FittedSurface& found, Pose& p
   pose.fit = fit_of(surface, found, true);
   pose.measure =
       measured(found.agreements.all, pose.observed, topology_.cells, template_.frame, pose.x);
+  add_evidence(pose.fit.evidence, pose.measure);
   pose.measure.unexplained = unexplained_beside(found.points, is_border_);
   pose.measure.hole = coverage.hole;
   pose.measure.overlap = coverage.overlap;

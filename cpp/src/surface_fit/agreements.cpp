@@ -76,7 +76,9 @@ Agreements agreements_of(const MatchedPoints& points, const TrackingConstants& c
       sums.distance += points.places[i].squared / (mean_edge * mean_edge);
     };
     add_to(found.all);
-    if (!found.of_sensors.empty()) add_to(found.of_sensors[scan.sensor_of(number)]);
+    // What is farther than the surface can be is of other things, which one sensor may see alone.
+    const bool is_other = !points.places[i].any();
+    if (!found.of_sensors.empty() && !is_other) add_to(found.of_sensors[scan.sensor_of(number)]);
   }
   average(found.all, mean_edge);
   for (Agreement& sums : found.of_sensors) average(sums, mean_edge);

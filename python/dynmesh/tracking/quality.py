@@ -17,9 +17,13 @@ _MOST_FRAMES = 5
 _MORE_THAN_OTHERS = 2.0
 """A camera is suspected whose share is so many times the median of the others."""
 FARTHER_THAN_OTHERS = 3.0
-_MEASURED = 0.01
+_FAR = 0.3
 """So is one whose distance is so many times the median of the others, beyond a share of a mean edge
-below which distances are those of rounding."""
+by which a template that is not quite in place is off."""
+_NOISY = 0.2
+"""Noise is told beyond this share of a mean edge,"""
+_CROWDED = 0.02
+"""and other things from this share of the points on."""
 
 
 @dataclass
@@ -66,9 +70,14 @@ class FrameQuality:
 
     frame: Number
     quality: Literal["good", "doubtful", "ruined"]
-    far: float
-    disagreeing: float
+    explained: float
+    contradicted: float
     stretch: float
+    growth: float
+    doubt: float
+    far: float
+    others: float
+    noise: float
     seen: float
     recovered: bool
     seconds: float
@@ -145,6 +154,11 @@ class Fits:
     def _measured(self) -> list[Tracked]:
         return [tracked for tracked in self.tracked if tracked.report.cause != "unseen"]
 
+    def _usual(self, name: str) -> float:
+        """The median of a number of the reports; 0 without any."""
+        numbers = [getattr(tracked.report, name) for tracked in self._measured]
+        return float(np.median(numbers)) if numbers else 0.0
+
     @property
     def _mostly_empty(self) -> bool:
         return 2 * len(self.unmeasured) > len(self.tracked) + self.empty
@@ -155,7 +169,7 @@ class Fits:
         bad = [tracked for tracked in self._measured if tracked.report.quality != "good"]
         order = ("ruined", "doubtful")
         ranked = sorted(
-            bad, key=lambda tracked: (order.index(tracked.report.quality), -tracked.report.far)
+            bad, key=lambda tracked: (order.index(tracked.report.quality), -tracked.report.doubt)
         )
         return ranked[:_MOST_FRAMES]
 
@@ -166,7 +180,7 @@ class Fits:
         each = ((name, camera.distance) for name, camera in self.cameras.items())
         known = {name: distance for name, distance in each if distance is not None}
         more = beyond(shares, _MORE_THAN_OTHERS, _core.ruined_far)
-        farther = beyond(known, FARTHER_THAN_OTHERS, _MEASURED * self.mean_edge)
+        farther = beyond(known, FARTHER_THAN_OTHERS, _FAR * self.mean_edge)
         return tuple(name for name in self.cameras if name in more | farther)
 
     @property
@@ -183,7 +197,6 @@ class Fits:
             messages.append(
                 f"{self.total.share:.1%} of the points are farther than a mean edge from the mesh"
             )
-        if self.suspects:
             cameras = (
                 f"{name!r} ({camera.share:.1%} far, the others {camera.distance or 0.0:.2g} away)"
                 for name, camera in self.cameras.items()
@@ -217,6 +230,17 @@ class Fits:
         if self.unmeasured:
             names = some_of([str(number) for number in self.unmeasured], _MOST_FRAMES)
             messages.append(f"hardly anything was measured of frames {names}")
+        noise = self._usual("noise")
+        if noise > _NOISY * self.mean_edge:
+            messages.append(
+                f"the points are noisy: {noise:.2g} about their surface, "
+                f"{noise / self.mean_edge:.2g} mean edges"
+            )
+        if (others := self._usual("others")) > _CROWDED:
+            messages.append(
+                f"{others:.0%} of the points belong to other things, mostly "
+                f"{self._usual('others_distance'):.2g} from the mesh"
+            )
         seen = [tracked.report.seen for tracked in self._measured]
         if (falls := _core.falling_sight(seen)) < len(seen):
             messages.append(
