@@ -51,20 +51,26 @@ std::vector<std::uint8_t> find_border(std::span<const Triangle> faces, std::size
 }
 
 /// Of the points beside a surface, on its side and within its outline, the share that is farther
-/// from it than their noise.
-double unexplained_beside(const MatchedPoints& points, std::span<const std::uint8_t> is_border) {
+/// from it than their noise. Where they are noisy, they are beside it within two mean edges, since
+/// points of no surface scatter as noise does, but as far from it as near to it.
+double unexplained_beside(const MatchedPoints& points, std::span<const std::uint8_t> is_border,
+                          double noise) {
+  const bool is_noisy = noise > quality_limits.unexplained_edges * points.mean_edge;
+  const double beside = is_noisy ? 2 * points.mean_edge : points.mean_edge;
   std::vector<double> distances;
-  points.for_each_near([&](const Place& place) {
-    bool is_within = true;  // what lies beyond the outline is nearest to it
-    for (std::size_t s = 0; s < 3; ++s) {
-      is_within = is_within && (place.shares[s] > 0 || is_border[place.corners[(s + 1) % 3]] == 0 ||
-                                is_border[place.corners[(s + 2) % 3]] == 0);
+  for (std::size_t i = 0; i < points.places.size(); ++i) {
+    const Place& place = points.places[i];
+    bool is_within = points.agrees[i] != 0 && place.squared <= beside * beside;
+    for (std::size_t s = 0; s < 3 && is_within;
+         ++s) {  // what lies beyond is nearest to the outline
+      is_within = place.shares[s] > 0 || is_border[place.corners[(s + 1) % 3]] == 0 ||
+                  is_border[place.corners[(s + 2) % 3]] == 0;
     }
     if (is_within) distances.push_back(std::sqrt(place.squared) / points.mean_edge);
-  });
+  }
   if (distances.empty()) return 1;
-  const double limit = std::max(quality_limits.unexplained_edges,
-                                quality_limits.unexplained_medians * quantile(distances, 0.5));
+  const double limit = std::clamp(quality_limits.unexplained_medians * quantile(distances, 0.5),
+                                  quality_limits.unexplained_edges, 1.0);
   const auto n = std::ranges::count_if(distances, [&](double d) { return d > limit; });
   return static_cast<double>(n) / static_cast<double>(distances.size());
 }
@@ -445,7 +451,8 @@ void PoseSearch::judge(const Wanted& wanted, const FittedSurface& found, Pose& p
   pose.measure =
       measured(found.agreements.all, pose.observed, topology_.cells, template_.frame, pose.x);
   add_evidence(pose.fit.evidence, pose.measure);
-  pose.measure.unexplained = unexplained_beside(found.points, is_border_);
+  pose.measure.unexplained =
+      unexplained_beside(found.points, is_border_, pose.fit.evidence.points.noise);
   pose.measure.hole = coverage.hole;
   pose.measure.overlap = coverage.overlap;
   pose.measure.quality = judged_pose(pose.fit, pose.measure);
