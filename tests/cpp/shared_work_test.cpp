@@ -178,11 +178,13 @@ TEST_CASE("results do not depend on threads, nor on the size and the order of th
     default_task_sharing().backwards = true;
     CHECK(results_by(1) == expected);
     REQUIRE(usual.size() == expected.size());
-    double largest = 0;  // as the sums of other pieces differ in their last digits
+    // The sums of other pieces differ in their last digits, and iterations that end at a share of
+    // the error may then end at another one.
+    double largest = 0;
     for (std::size_t i = 0; i < usual.size(); ++i) {
       largest = std::max(largest, std::abs(usual[i] - expected[i]));
     }
-    CHECK(largest < 1e-4);
+    CHECK(largest < 5e-4);
   }
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstring>
 
 #include "base/checks.hpp"
 #include "base/stored_numbers.hpp"
@@ -49,6 +50,14 @@ void check_memory(const Memory& memory, double largest) {
   if (check.n_judged < 0 || memory.completion.n_ruined < 0 || check.sum_of_steps < 0 ||
       check.result > FirstFrameCheck::is_reordered) {
     refuse_state("holds a verdict that no frames can have left");
+  }
+  // A frame that is not ruined leaves no other one.
+  const auto& ruined = memory.completion.ruined;
+  if (!ruined.empty()) check_stored_frame(ruined, largest);
+  const bool is_last = ruined.empty() || std::memcmp(ruined.data(), memory.last.data(),
+                                                     ruined.size() * sizeof(Vector3)) == 0;
+  if (memory.completion.n_ruined == 0 && !is_last) {
+    refuse_state("holds a ruined frame that no frames can have left");
   }
   const ErrorMemory& errors = memory.errors;
   const auto is_error = [](double x) { return x >= 0; };
