@@ -5,9 +5,11 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <utility>
 
 #include "base/geometry.hpp"
+#include "base/point_tree.hpp"
 #include "base/rigid_motion.hpp"
 #include "base/statistics.hpp"
 #include "quality/limits.hpp"
@@ -247,6 +249,50 @@ Sight sight_of(const BentSurface& surface, const PointScan& scan, double noise, 
   return sight;
 }
 
+namespace {
+
+/// (k,) the number of the component of each vertex.
+std::vector<std::size_t> components_of(const Cells& cells, std::size_t k) {
+  std::vector<std::size_t> component(k, k);
+  std::vector<std::size_t> left;
+  for (std::size_t first = 0; first < k; ++first) {
+    if (component[first] == k) left.push_back(first);
+    while (!left.empty()) {
+      const std::size_t v = left.back();
+      left.pop_back();
+      if (component[v] != k) continue;
+      component[v] = first;
+      for (const Index n : cells[v]) left.push_back(static_cast<std::size_t>(n));
+    }
+  }
+  return component;
+}
+
+/// Marks what is seen within a radius of a point of another component: a sensor that draws two
+/// layers so near to each other sees both, but measures the outer one.
+void explain_by_other_layers(const BentSurface& surface, const Sight& sight,
+                             const MatchedPoints& points, double radius,
+                             std::vector<std::uint8_t>& is_explained) {
+  if (points.points.empty()) return;
+  std::optional<PointTree<3>> tree;  // which many frames do not need
+  std::vector<std::size_t> component;
+  for (std::size_t v = 0; v < surface.x.size(); ++v) {
+    if (sight.seen[v] == 0 || is_explained[v] != 0) continue;
+    if (!tree) {
+      std::vector<Vector3> positions;
+      for (const auto& point : points.points) positions.push_back(point.position);
+      tree.emplace(arrays_of(positions));
+      component = components_of(surface.cells, surface.x.size());
+    }
+    const auto nearest = tree->nearest(array_of(surface.x[v]));
+    if (!(nearest.squared < radius * radius)) continue;
+    const auto place = points.places[nearest.number];
+    is_explained[v] = place.any() && component[place.corners[0]] != component[v] ? 1 : 0;
+  }
+}
+
+}  // namespace
+
 Evidence evidence_of(const BentSurface& surface, const Sight& sight, const PointQuality& quality,
                      const MatchedPoints& points) {
   Evidence found;
@@ -291,6 +337,8 @@ Evidence evidence_of(const BentSurface& surface, const Sight& sight, const Point
   // A few points are not everywhere on a surface, however sparse they are.
   spread_along_edges(surface, std::min(quality_limits.hole_spacings * spacing, 0.15 * surface.size),
                      is_explained);
+  const double between_layers = std::max(reach, slope_depth * surface.mean_edge);
+  explain_by_other_layers(surface, sight, points, between_layers, is_explained);
   double explained = 0;
   double seen_through = 0;
   std::vector<std::uint8_t> is_missing(areas.size());

@@ -80,7 +80,7 @@ def test_the_program_of_the_readme(tmp_path: Path, programs: Path) -> None:
         check=True,
         capture_output=True,
     )
-    assert result.stdout.startswith(b"40 filled in, ")
+    assert result.stdout.startswith(b"40 filled in\n")
 
 
 @pytest.mark.usefixtures("strict_compilers")
