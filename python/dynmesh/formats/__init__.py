@@ -116,13 +116,15 @@ def open(
         template, chosen = _template(faces), format_of(path, format)
         path = existing_file(path, chosen)
         frames = chosen.open(path, faces=template, prim=prim, gaps=gaps, primvar=primvar)
-        has_masks = frames.header.has_known or known is not None
-        if least_confidence is not None and not (has_masks or frames.each):
-            message = "is that of known masks, of which there are none"
-            raise InputError(message, argument="least_confidence", value=least_confidence)
     if isinstance(frames, Sequence):  # as a simple format of another package reads it
         frames = frames.named(str(path), [path])
     try:
+        has_masks = frames.header.has_known or known is not None
+        if least_confidence is not None and not (has_masks or frames.each):
+            message = "is that of known masks, of which there are none"
+            raise InputError(
+                message, argument="least_confidence", value=least_confidence, file=path
+            )
         return _masked(frames, known, missing, least_confidence)
     except BaseException:
         frames.close()

@@ -60,6 +60,11 @@ def push_scan(tracker: Tracker, scan: Scan | None) -> Positions:
         raise
 
 
+_MOST_OTHERS = 0.5
+"""If a larger share of the points is of other things, and no floor or wall explains it, one of them
+may be the subject."""
+
+
 def placed_in(
     scans: ScanReader,
     mesh: Frames,
@@ -112,6 +117,10 @@ def placed_in(
     doubt = registered.reason
     if not doubt and tracked is not None and tracked.cause == "size":
         doubt = tracked.reason  # the registration has made it larger or smaller
+    elif (
+        not doubt and registered.others > _MOST_OTHERS and not contents(scan, template, faces, room)
+    ):
+        doubt = f"{registered.others:.0%} of the points belong to other things, which may be it"
     elif doubt and landmarks is None:
         doubt += "; `landmarks` say where ends and corners, for example, belong"
     if doubt and landmarks is None and tracked and tracked.misfit <= registered.misfit:

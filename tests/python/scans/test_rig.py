@@ -272,7 +272,7 @@ def test_tracking_names_the_command_with_its_options(folder: Path, tmp_path: Pat
     for misread in ("depths", "inverted", "axes"):
         write_cameras(wrong, changed(MISREAD[misread][0], right))
         ended = run_here(*words, "--cameras", wrong, "--crop=1e9")
-        assert ended.returncode in (1, 3)
+        assert ended.returncode in (1, 3), (misread, ended.stderr)
         (command,) = re.findall(r"dynmesh (rig .*) tells", ended.stderr)
         for _ in range(2):
             assert MISREAD[misread][1] in run(*shlex.split(command), code=3).stdout
@@ -281,7 +281,7 @@ def test_tracking_names_the_command_with_its_options(folder: Path, tmp_path: Pat
 
 
 def test_a_camera_that_is_farther_from_the_mesh_makes_the_result_doubtful(tmp_path: Path) -> None:
-    """One that went ten degrees around the subject pulls the mesh, but its points are near."""
+    """One that went seven degrees around the subject pulls the mesh, but its points are near."""
     truth = moving_body(3, 0, [1.5, 0.4, 0.6])
     dynmesh.write(tmp_path / "truth.npz", truth)
     scans, template = tmp_path / "depth", tmp_path / "truth.npz"
@@ -290,7 +290,7 @@ def test_a_camera_that_is_farther_from_the_mesh_makes_the_result_doubtful(tmp_pa
     assert (right.quality, right.suspects) == ("good", ())
     rig = read_cameras(scans / "cameras.json")
     around = np.eye(4)
-    around[:3, :3] = turned(np.eye(3), np.radians(10))
+    around[:3, :3] = turned(np.eye(3), np.radians(7))
     moved = with_camera(rig, 0, camera_to_world=around @ rig.cameras[0].camera_to_world)
     write_cameras(tmp_path / "wrong.json", moved)
     wrong = to_file.track(

@@ -185,10 +185,12 @@ def tracked(
     frames: Array,
     cameras: int,
     kept: Callable[[Array, Array], NDArray[np.bool_]] | None = None,
+    qualities: tuple[str, ...] = ("good",),
 ) -> Array:
     """The error of each vertex in each frame but the first, in mean edges.
 
-    `kept` tells which points, of a frame with these vertices, are passed on.
+    `kept` tells which points, of a frame with these vertices, are passed on, and `qualities` what
+    the frames may be called.
     """
     around = losses.orbit(
         np.stack([frames.min(axis=(0, 1)), frames.max(axis=(0, 1))]), cameras, distance=6.0
@@ -200,7 +202,7 @@ def tracked(
         passed = slice(None) if kept is None else kept(scan.points, truth)
         normals = np.asarray(scan.normals)[passed]
         found = tracker.push(scan.points[passed], normals, viewpoints=scan.viewpoints)
-        assert tracker.report.quality == "good", tracker.report.reason
+        assert tracker.report.quality in qualities, tracker.report.reason
         errors.append(np.linalg.norm(found - truth, axis=1))
     return np.array(errors) / edge(Mesh(faces, frames[0]))
 
@@ -317,7 +319,8 @@ def test_few_points_of_a_part_carry_no_other_away(share: float) -> None:
         of_cap = labels[cKDTree(truth).query(points)[1]] == 1
         return np.asarray(~of_cap | (rng.random(len(points)) < share))
 
-    errors = tracked(faces, frames, 4, kept)
+    # What should be seen of the cap has hardly a point.
+    errors = tracked(faces, frames, 4, kept, ("good",) if share > 0.05 else ("doubtful",))
     assert errors[:, labels == 0].mean() < 0.15
     assert errors[:, labels == 1].mean() < 0.25
 

@@ -93,7 +93,7 @@ def test_the_page(rng: np.random.Generator, tmp_path: Path, browser: Any) -> Non
     written(tmp_path, rng)
     template = TORUS.vertices / 1000 + [50, 0, 0]
     dynmesh.write(tmp_path / "body.obj", dynmesh.Sequence(template[None], TORUS.faces))
-    wrong = rng.normal(size=(2000, 3)) * np.ptp(TORUS.vertices, axis=0) / 3
+    wrong = rng.normal(size=(400, 3)) * np.ptp(TORUS.vertices, axis=0) / 3
     write_ply(tmp_path / "scans" / "wrong.ply", PointScan(wrong, None, None))
     yellow = []
     for name, quality in (("first", "good"), ("wrong", "ruined")):
