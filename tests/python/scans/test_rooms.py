@@ -100,7 +100,9 @@ def test_a_template_is_found_in_a_room_which_is_named(rooms: Path) -> None:
     said = run("track", rooms / "inside", *words).stderr
     assert "--remove-planes or --crop leaves it out" in said
     assert "times as large" not in said
-    distances = np.linalg.norm(dynmesh.read(rooms / "tracked.npz").vertices - TRUTH.vertices, axis=2)
+    distances = np.linalg.norm(
+        dynmesh.read(rooms / "tracked.npz").vertices - TRUTH.vertices, axis=2
+    )
     assert distances.mean() < 0.3 * EDGE
     said = run("track", rooms / "inside", *words, "--remove-planes").stderr
     assert "times as large" not in said
