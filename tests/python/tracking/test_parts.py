@@ -319,8 +319,9 @@ def test_few_points_of_a_part_carry_no_other_away(share: float) -> None:
         of_cap = labels[cKDTree(truth).query(points)[1]] == 1
         return np.asarray(~of_cap | (rng.random(len(points)) < share))
 
-    # What should be seen of the cap has hardly a point.
-    errors = tracked(faces, frames, 4, kept, ("good",) if share > 0.05 else ("doubtful",))
+    # In between, it depends on how the few points are spread whether the cap counts as seen.
+    qualities = {0.1: ("good",), 0: ("doubtful",)}.get(share, ("good", "doubtful"))
+    errors = tracked(faces, frames, 4, kept, qualities)
     assert errors[:, labels == 0].mean() < 0.15
     assert errors[:, labels == 1].mean() < 0.25
 

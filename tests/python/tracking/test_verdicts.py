@@ -257,7 +257,7 @@ STORIES = {
     "one camera": Story("bust", with_depth, "g"),
     "four cameras around many parts": Story("beetle", part(with_depth, cameras=4), "g"),
     "one side": Story("bust", part(from_one_side, True), "g"),
-    "one side, from anywhere": Story("bust", part(from_one_side, False), "g"),
+    "one side, from anywhere": Story("bust", part(from_one_side, False), "ggg."),
     "a little not measured": Story("hand", part(without, 0.04), "g"),
     "a limb not measured": Story("hand", part(without, 0.3), ".n"),
     "no normals": Story("hand", part(with_normals, lambda _: None), "g"),
@@ -286,7 +286,7 @@ def test_frames_are_judged_and_healed(name: str, rng: np.random.Generator) -> No
         verdict = story.verdicts[min(n, len(story.verdicts) - 1)]
         if verdict == "g":
             assert tracker.report.quality == "good", (n, told, tracker.report)
-            assert off < 0.7, (n, told)
+            assert off < 0.8, (n, told)
         elif verdict == "n":
             assert tracker.report.quality != "good", (n, told, tracker.report)
 
