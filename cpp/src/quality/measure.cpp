@@ -56,19 +56,6 @@ double growth_of(const Cells& cells, Field before, Field after) {
   return change_of(cells, before, after).growth;
 }
 
-double unexplained_share(const MatchedPoints& points, double far_share) {
-  std::vector<double> distances;
-  points.for_each_near([&](const Place& place) {
-    distances.push_back(std::sqrt(place.squared) / points.mean_edge);
-  });
-  if (distances.empty()) return 1;
-  const double limit = std::max(quality_limits.unexplained_edges,
-                                quality_limits.unexplained_medians * quantile(distances, 0.5));
-  const auto n = std::ranges::count_if(distances, [&](double d) { return d > limit; });
-  const double share = static_cast<double>(n) / static_cast<double>(distances.size());
-  return far_share + (1 - far_share) * share;
-}
-
 Measure measured(const Agreement& agreement, std::span<const std::uint8_t> observed,
                  const Cells& cells, Field first_frame, Field x) {
   Measure found;

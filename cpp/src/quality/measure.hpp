@@ -32,10 +32,6 @@ Measure measured(const Agreement& agreement, std::span<const std::uint8_t> obser
 Measure measured_beside_growth(const Agreement& agreement, std::span<const std::uint8_t> observed,
                                const Cells& cells, Field first_frame, Field x);
 
-/// The share of the points that are farther from the surface than their noise, after
-/// `update_distances`. `far_share` of them are far.
-double unexplained_share(const MatchedPoints& points, double far_share);
-
 /// Adds what speaks for the mesh and against it.
 void add_evidence(const Evidence& evidence, Measure& measure);
 

@@ -18,9 +18,6 @@ namespace {
 constexpr std::size_t plane_points = 12;
 constexpr std::size_t most_plane_points = 96;
 
-/// More points determine a plane whose direction is less certain, in radians.
-constexpr double certain = 0.15;
-
 /// Points whose variance across a line is a smaller share of that along it lie on this line.
 constexpr double collinear = 0.2;
 
@@ -120,8 +117,8 @@ void PointScan::estimate_normals(double radius, Workers& workers) {
     }
     Plane plane = plane_of(distinct, std::span(numbers).first(n));
     // Where noise is as large as the distances between points, few do not tell a direction.
-    for (std::size_t more = 2 * n; plane.uncertainty > certain && more <= most_plane_points;
-         more *= 2) {
+    for (std::size_t more = 2 * n;
+         plane.uncertainty > most_uncertain_normal && more <= most_plane_points; more *= 2) {
       plane = plane_of(distinct, std::span(numbers).first(find(more)));
     }
     set_normal(i, plane.normal);

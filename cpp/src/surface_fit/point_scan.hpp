@@ -16,6 +16,10 @@
 
 namespace dynmesh {
 
+/// How far the noise of points may turn a normal, as a standard deviation in radians; beyond that,
+/// more points determine it.
+inline constexpr double most_uncertain_normal = 0.15;
+
 /// Fill `points`, `normals` and `sensors`. The first search builds a tree of the points, which must
 /// not change from then on, and allocates memory, as does the first call of `along_curve`. Several
 /// threads may search at once.

@@ -153,9 +153,6 @@ Pixel beside(const DepthImage& image, const Pixel& pixel, const Pixel& other, do
   return is_near ? other : pixel;
 }
 
-/// How far normals may be wrong by noise, in radians.
-constexpr double least_certain = 0.15;
-
 /// The most pixels on each side of one from which its normal is found.
 constexpr std::size_t widest = 4;
 
@@ -182,12 +179,13 @@ double relative_noise(const DepthImage& image, double jump) {
 
 /// How many pixels on each side of one determine its normal well enough; 0 if the next ones do.
 std::size_t reach_of(double noise) {
-  if (noise / std::sqrt(2.0) < least_certain) return 0;
+  if (noise / std::sqrt(2.0) < most_uncertain_normal) return 0;
   std::size_t reach = 1;
   for (; reach < widest; ++reach) {
     const auto r = static_cast<double>(reach);
     // The variance of a slope: that of the noise over the sum of the squared offsets.
-    if (noise / std::sqrt((2 * r + 1) * (2 * r + 1) * r * (r + 1) / 3) < least_certain) break;
+    if (noise / std::sqrt((2 * r + 1) * (2 * r + 1) * r * (r + 1) / 3) < most_uncertain_normal)
+      break;
   }
   return reach;
 }

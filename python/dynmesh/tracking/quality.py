@@ -233,7 +233,7 @@ class Fits:
         noise = self._usual("noise")
         if noise > _NOISY * self.mean_edge:
             messages.append(
-                f"the points are noisy: {noise:.2g} about their surface, "
+                f"the points are noisy: they scatter by {noise:.2g} about their surface, "
                 f"{noise / self.mean_edge:.2g} mean edges"
             )
         if (others := self._usual("others")) > _CROWDED:
