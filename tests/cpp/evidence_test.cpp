@@ -40,9 +40,9 @@ struct Scene {
   }
   void add_noise(double size) {
     std::mt19937 generator(1);
-    std::normal_distribution<double> number(0, size);
+    std::normal_distribution<double> number;
     for (std::size_t i = 0; i < scan.size(); ++i) {
-      scan.points[i] = scan.points[i] + number(generator) * scan.normals[i];
+      scan.points[i] = scan.points[i] + size * number(generator) * scan.normals[i];
     }
   }
   [[nodiscard]] double mean_edge() const {
