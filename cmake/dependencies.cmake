@@ -1,14 +1,27 @@
 # OpenMesh, Eigen and nanoflann: those of the system, or else their sources, which are downloaded.
-# Without a network, FETCHCONTENT_SOURCE_DIR_OPENMESH, _EIGEN and _NANOFLANN name folders with them.
 # Sets DYNMESH_CONNECTIVITY, the target of OpenMesh, and DYNMESH_HAS_SOURCES_OF_OPENMESH.
 include(FetchContent)
 
 # Sets FOLDER to where the sources are. Their own projects are not added: of OpenMesh a few files are
 # compiled, and the others are headers.
 function(dynmesh_download name url hash folder)
-  message(STATUS "${name} was not found; its sources are used: ${url}")
   string(TOLOWER ${name} content)
-  FetchContent_Declare(${content} URL ${url} URL_HASH SHA256=${hash}
+  string(TOUPPER FETCHCONTENT_SOURCE_DIR_${name} given)
+  get_filename_component(archive ${url} NAME)
+  set(archive ${CMAKE_CURRENT_BINARY_DIR}/downloads/${archive})
+  if(NOT ${given} AND NOT EXISTS ${archive})
+    message(STATUS "${name} was not found; its sources are downloaded: ${url}")
+    file(DOWNLOAD ${url} ${archive} STATUS status)
+    list(POP_FRONT status failed)
+    if(failed)
+      file(REMOVE ${archive})
+      message(FATAL_ERROR
+        "${name} is not installed, and downloading ${url} failed: ${status}. Install it (Debian: "
+        "libopenmesh-dev, libeigen3-dev, libnanoflann-dev), or name a folder with its sources:\n"
+        "  cmake -D${given}=FOLDER ...\n  pip install . -C cmake.define.${given}=FOLDER")
+    endif()
+  endif()
+  FetchContent_Declare(${content} URL ${archive} URL_HASH SHA256=${hash}
                        DOWNLOAD_EXTRACT_TIMESTAMP ON SOURCE_SUBDIR is-not-added)
   FetchContent_MakeAvailable(${content})
   set(${folder} ${${content}_SOURCE_DIR} PARENT_SCOPE)

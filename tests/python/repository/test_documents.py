@@ -2,6 +2,8 @@
 
 import os
 import re
+import runpy
+import subprocess
 import sys
 import tomllib
 from pathlib import Path
@@ -50,6 +52,32 @@ def test_every_dependency_has_a_row_with_its_extras() -> None:
         for name in names.split(", ")
     }
     assert expected.items() <= given.items()
+
+
+INDEX_PAGE = runpy.run_path(str(REPOSITORY / "cmake" / "index_page.py"))
+"""What an index of packages shows."""
+
+
+def test_the_page_of_an_index_links_to_files_of_the_release() -> None:
+    made = INDEX_PAGE["dynamic_metadata"]({}, {"version": "1.2.3"})
+    links = [*re.findall(r"\]\((\S+?)\)", made["readme"]["text"]), *made["urls"].values()]
+    assert all(link.startswith("https://") for link in links)
+    release = re.compile(rf"{INDEX_PAGE['REPOSITORY']}/(?:blob|raw)/v1\.2\.3/([^#]+)")
+    files = [match[1] for link in links if (match := release.match(link))]
+    assert len(files) > 10
+    assert not [name for name in files if not (REPOSITORY / name).exists()]
+
+
+def test_a_release_has_an_address() -> None:
+    tags = subprocess.run(
+        ["git", "tag", "--points-at", "HEAD"],
+        cwd=REPOSITORY,
+        capture_output=True,
+        text=True,
+        check=False,
+    ).stdout.split()
+    if os.environ.get("GITHUB_REF_TYPE") == "tag" or any(tag.startswith("v") for tag in tags):
+        assert not INDEX_PAGE["REPOSITORY"].endswith(".invalid")
 
 
 @pytest.mark.slow
