@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from scipy.spatial import Delaunay
 
 from dynmesh._arrays import Mask
-from dynmesh.synth._motion import chained, turn
-from dynmesh.synth._skin import Flesh, wrapped
+from dynmesh.synth._skin import Flesh, chained, turn, wrapped
 from dynmesh.topology import cells
 
 from .subjects import Subject

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from dynmesh import Completer
 from dynmesh._arrays import Mask, Positions
 from dynmesh.baselines import LaplacianInterpolation, LeastSquaresMesh
-from dynmesh.settings import Settings
+from dynmesh.completer import Settings
 
 Faces = NDArray[np.integer[Any]]
 Floats = NDArray[np.float64]

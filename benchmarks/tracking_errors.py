@@ -12,7 +12,7 @@ import argparse
 import numpy as np
 
 from dynmesh import Tracker, losses
-from dynmesh.evaluation.calibration import Floats
+from dynmesh.evaluation import Floats
 from dynmesh.geometry import vertex_normals
 from dynmesh.tracking.placing import push_scan
 

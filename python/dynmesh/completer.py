@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any, Literal, TypedDict
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,9 +12,22 @@ from ._arrays import Integers, Mask, Positions
 from ._stream import Stream
 from .frame import Frame
 from .polygons import Faces, Mesh
-from .settings import Settings
 
-__all__ = ["Completer", "FrameReport"]
+__all__ = ["Completer", "FrameReport", "Settings"]
+
+
+class Settings(TypedDict, total=False):
+    """The keywords of :class:`dynmesh.Completer`, which explains them."""
+
+    method: Literal["motion", "detail"]
+    revisit: bool
+    extra_iterations: int
+    disconnected: Literal["follow", "hold"]
+    noise: float | None
+    reject_outliers: bool
+    learn: bool
+    uncertainty: bool
+    threads: int
 
 
 @dataclass(frozen=True, kw_only=True)

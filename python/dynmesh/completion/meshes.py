@@ -7,7 +7,7 @@ from typing import Any
 
 from .._errors import InputError
 from .._report import Quality, Report, listed, some_of
-from ..formats.usd_meshes import UsdMeshes
+from ..formats.usd_stage import UsdMeshes
 from ..frame import Frame, Frames
 from ..run import Run
 

@@ -17,11 +17,10 @@ from .._checks import check_positive
 from .._errors import SettingError, locating
 from .._progress import tracked
 from .._report import Quality, few_frames
-from ..completer import Completer, FrameReport
+from ..completer import Completer, FrameReport, Settings
 from ..frame import Frame, Frames
 from ..header import Header
 from ..run import Records
-from ..settings import Settings
 from .start import Start, StartFrame
 from .watched import Watched
 

@@ -15,13 +15,13 @@ from .. import formats
 from .._arrays import Positions
 from .._errors import InputError, KindError, locating
 from .._report import counted
+from ..completer import Settings
 from ..formats import OneSequence
 from ..formats.comparison import check_same_mesh
 from ..formats.times import index_of
 from ..frame import FUSED, Frame, Frames, check_whole, frame_at
 from ..header import Header, Origin
 from ..polygons import Polygons
-from ..settings import Settings
 from ..whole_frames import WholeFrame, whole_frame
 
 Start: TypeAlias = int | Literal["auto", "best"]

@@ -13,7 +13,7 @@ from .._errors import InputError, locating
 from .._extras import require
 from ..frame import FUSED, Frame, Frames, check_whole, frame_at
 from ..geometry import mean_edge_of
-from ..losses.shared import round_up
+from ..losses.losses import round_up
 from ..metrics import bounding_box_diagonal
 from ..scans import ScanReader
 from .figures import HEATMAP_RANGE, KNOWN_COLOUR, MISSING_COLOUR

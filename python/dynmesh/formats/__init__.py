@@ -29,7 +29,7 @@ from .table import (
     existing_file,
     format_of,
 )
-from .usd_meshes import UsdMeshes
+from .usd_stage import UsdMeshes
 from .writing import Written, write
 
 __all__ = [

@@ -8,33 +8,282 @@ states the up axis and the length of a unit.
 """
 
 import os
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .._errors import of_library
+from .._errors import InputError, of_library
 from .._extras import require
 from ..frame import Frame, Frames
-from ..header import TEXTURE, Header
-from ..polygons import as_polygons, reversal, turned
-from .alembic_archive import (
-    AlembicFrames,
-    errors_of_key,
-    library,
-    meshes_in,
-    moves,
-    parameters_of,
-)
-from .comments import comments_of
+from ..header import ATTRIBUTES, TEXTURE, Header, Origin, with_all_needed
+from ..polygons import Polygons, as_polygons, reversal, split_polygons, turned
+from ..stored import FileFrames, Indices
 from .format import (
+    OTHER_MESHES,
     STATED,
     Format,
+    check_same_faces,
+    choose_mesh,
+    not_read,
     not_written,
 )
 from .output import bytes_of
-from .own_space import extent_of
+from .own_space import extent_of, of_points
+from .text import comments_of, metadata_in
+from .times import Timing, broadcast, frame_number, spacing, uneven
+
+_KINDS = {"b": "Uchar", "i": "Int32", "f": "Float"}
+
+parameters_of = {name: _KINDS[row.dtype.kind] for name, row in ATTRIBUTES.items()}
+"""The data of a vertex besides its position, and the kind of geometry parameter that holds it."""
+
+errors_of_key = "standard_error_of"
+"""Of the metadata of the parameter `standard_error`."""
+
+_TRIED = "cannot be read as Alembic"
+
+
+def meshes_in(path: Path) -> tuple[Any, dict[str, Any]]:
+    """Opens an archive; returns it and its meshes by path, without copies by reference."""
+    with path.open("rb") as file:  # gives the error message of the system
+        if file.read(4) == b"\x89HDF":
+            message = (
+                "is an Alembic archive in HDF5; write it as Ogawa, as abcconvert -toOgawa does"
+            )
+            raise InputError(message)
+    with of_library(_TRIED):
+        archive = library("Abc").IArchive(str(path))
+        return archive, {mesh.getFullName(): mesh for mesh in _meshes(archive.getTop())}
+
+
+def moves(meshes: Mapping[str, Any]) -> dict[str, bool]:
+    """Whether the positions of each mesh change."""
+    positions = {name: mesh.getSchema().getPositionsProperty() for name, mesh in meshes.items()}
+    return {name: not of_mesh.isConstant() for name, of_mesh in positions.items()}
+
+
+def transforms_above(archive: Any, mesh: Any) -> Iterator[Any]:
+    """Yields the schemas of the transforms above a mesh."""
+    kind, parent = library("AbcGeom").IXform, archive.getTop()
+    for name in mesh.getFullName().split("/")[1:-1]:
+        child = parent.getChild(name)
+        if kind.matches(child.getHeader()):
+            yield kind(parent, name).getSchema()
+        parent = child
+
+
+def _to_scene(transforms: Iterable[Any], time: float) -> NDArray[np.float64]:
+    """Returns what takes directions in the mesh to the scene at a time, in seconds."""
+    result, at = np.eye(3), library("Abc").ISampleSelector(time)
+    for one in transforms:  # from the top
+        sample = one.getValue(at)
+        matrix = np.array(sample.getMatrix()).reshape(4, 4)[:3, :3]
+        result = matrix @ result if sample.getInheritsXforms() else matrix
+    return result
+
+
+def held_beside(archive: Any, meshes: Mapping[str, Any], mesh: Any) -> set[str]:
+    """What an archive holds around a mesh that is not read, in words."""
+    schema, held = mesh.getSchema(), set()
+    if any(one.getNumOps() for one in transforms_above(archive, mesh)):
+        held.add("transforms")
+    if schema.getUVsParam().valid():
+        held.add(TEXTURE)
+    if hasattr(schema, "getNormalsParam") and schema.getNormalsParam().valid():
+        held.add("normals")
+    if len(schema.getFaceSetNames()):
+        held.add("subsets")
+    compound = schema.getArbGeomParams()
+    names = {one.getName() for one in compound.propertyheaders} if compound.valid() else set()
+    if hasattr(schema, "getSubdivisionSchemeProperty"):
+        held.add("subdivision")
+    if len(meshes) > 1:
+        held.add("other meshes")
+    if any(_others(archive.getTop())):
+        held.add("other objects")
+    return held | (names - {*parameters_of})
+
+
+def texture_of(mesh: Any, polygons: Polygons) -> NDArray[np.float32] | None:
+    """Returns (c, 2) the texture coordinates of each corner of turned polygons.
+
+    None if there are none that are the same at all times, for each corner or vertex, and fit.
+    """
+    parameter, scope = mesh.getSchema().getUVsParam(), library("AbcGeom").GeometryScope
+    if not parameter.valid() or not parameter.isConstant():
+        return None
+    places = {
+        scope.kFacevaryingScope: reversal(polygons.sizes),
+        scope.kVertexScope: polygons.corners,
+        scope.kVaryingScope: polygons.corners,
+    }.get(parameter.getScope())
+    values = np.array(parameter.getExpandedValue(0).getVals(), np.float32)
+    fits = places is not None and len(values) > places.max(initial=-1)
+    return values[places] if fits else None
+
+
+def _meshes(parent: Any) -> Iterator[Any]:
+    """Yields all meshes; copies by reference have the path of the mesh that they copy."""
+    geometry = library("AbcGeom")
+    for child in parent.children:
+        for kind in (geometry.IPolyMesh, geometry.ISubD):
+            if kind.matches(child.getHeader()):
+                yield kind(parent, child.getName())
+        yield from _meshes(child)
+
+
+def _others(parent: Any) -> Iterator[Any]:
+    """Yields what is neither a mesh nor a transform, such as a camera."""
+    geometry = library("AbcGeom")
+    kinds = (geometry.IXform, geometry.IPolyMesh, geometry.ISubD, geometry.IFaceSet)
+    for child in parent.children:
+        if not any(kind.matches(child.getHeader()) for kind in kinds):
+            yield child
+        yield from _others(child)
+
+
+def faces_of(mesh: Any) -> Polygons:
+    """Returns the faces as they are, clockwise; they must be the same at all times."""
+    schema = mesh.getSchema()
+    properties = (schema.getFaceCountsProperty(), schema.getFaceIndicesProperty())
+
+    def faces_at(number: int) -> Polygons:
+        return Polygons(*(np.array(one.getValue(number), np.int32) for one in properties))
+
+    faces = faces_at(0)
+    if not all(one.isConstant() for one in properties):
+        for number in range(1, schema.getNumSamples()):
+            check_same_faces(faces, faces_at(number), f"frame {number}")
+    return faces
+
+
+def timing_of(archive: Any, positions: Any) -> Timing:
+    """Returns the frames per second, if the archive states them, and the numbers of the frames."""
+    sampling = positions.getTimeSampling()
+    kind = sampling.getTimeSamplingType()
+    times = [float(sampling.getSampleTime(n)) for n in range(positions.getNumSamples())]
+    step = kind.getTimePerCycle() if kind.isUniform() else spacing(times)
+    metadata = library("Abc").GetArchiveInfo(archive).get("dccFPS")  # has only six decimals
+    rate = next((fps for fps in broadcast if round(fps, 6) == metadata), metadata or None)
+    if step is None and len(times) > 1:
+        return uneven(times, rate)
+    fps = 1 / step if step else rate
+    if step == 1 and (times[0] == 0 or rate is None):
+        fps = rate
+    return Timing(fps, frame_number(times[0], fps))
+
+
+def library(name: str) -> Any:
+    """Returns a module of the library."""
+    return getattr(require("alembic3d", extra="alembic"), name)
+
+
+class AlembicFrames(FileFrames):
+    """The frames of a mesh, which are the samples of its positions.
+
+    Alembic stores the time of every sample; by default, samples are one second apart. If they are
+    and the archive does not hold the rate of the program that wrote it, `fps` is None and the times
+    are the numbers of the frames. If samples are not evenly spaced, frames are counted at that rate
+    or, without it, at the median rate of the samples.
+    """
+
+    def __init__(self, path: Path, prim: str | Iterable[str] | None) -> None:
+        archive, meshes = meshes_in(path)
+        with of_library(_TRIED):
+            mesh = meshes[choose_mesh(moves(meshes), prim)]
+            self._positions = mesh.getSchema().getPositionsProperty()
+            header, origin = self._described(path, archive, meshes, mesh)
+            super().__init__(path, header, origin=origin)
+
+    def _described(
+        self, path: Path, archive: Any, meshes: Mapping[str, Any], mesh: Any
+    ) -> tuple[Header, Origin | None]:
+        n_frames = self._positions.getNumSamples()
+        if n_frames == 0:
+            raise InputError("the mesh has no positions")
+        as_stored = turned(faces_of(mesh))
+        faces, polygons = split_polygons(as_stored)
+        self._parameters = _parameters(mesh.getSchema(), n_frames)
+        bars = self._parameters.get("standard_error")
+        errors = None if bars is None else bars.getMetaData().get(errors_of_key)
+        info = library("Abc").GetArchiveInfo(archive)
+        metadata = metadata_in(info.get("userDescription", "").split(","))
+        transforms = [*transforms_above(archive, mesh)]
+        is_still = all(one.isConstant() for one in transforms)
+        times = map(self._positions.getTimeSampling().getSampleTime, range(n_frames))
+        up_axis, metres_per_unit, unknown = of_points(
+            metadata.up_axis,
+            metadata.metres_per_unit,
+            (_to_scene(transforms, time) for time in ([0.0] if is_still else times)),
+        )
+        header = Header(
+            faces=faces,
+            n_frames=n_frames,
+            n_vertices=len(self._positions.getValue(0)),
+            dtype=np.dtype(np.float32),
+            polygons=polygons,
+            name=mesh.getFullName(),
+            up_axis=up_axis,
+            metres_per_unit=metres_per_unit,
+            **timing_of(archive, self._positions)._asdict(),
+            attributes=self._parameters,
+            standard_error_of=errors or "position",
+        )
+        return header, Origin.of(
+            path,
+            header,
+            held_beside(archive, meshes, mesh),
+            name=mesh.getFullName(),
+            remarks=not_read(() if is_still else ("transforms",), unknown),
+            texture=texture_of(mesh, as_stored),
+        )
+
+    def _frames(self, numbers: Indices) -> Iterator[Frame]:
+        for number in numbers:
+            with of_library(f"frame {self.header.number(number)}: {_TRIED}"):
+                points = self._checked("positions", number, self._positions.getValue(number))
+                values = {
+                    name: self._checked(name, number, parameter.getExpandedValue(number).getVals())
+                    for name, parameter in self._parameters.items()
+                }
+            yield Frame(points, **values)
+
+    def _checked(self, name: str, number: int, values: Any) -> NDArray[Any]:
+        if len(values) != self.n_vertices:
+            raise InputError(
+                f"{name} has {len(values)} values, "
+                f"but the mesh has {self.n_vertices} vertices in its first frame; {OTHER_MESHES}",
+                frame=self.header.number(number),
+            )
+        return np.array(values)
+
+    def _close(self) -> None:
+        self._positions = None
+        self._parameters = {}
+
+
+def _parameters(schema: Any, n_frames: int) -> dict[str, Any]:
+    """Returns the geometry parameters that exist; generation and age only together."""
+    geometry = library("AbcGeom")
+    compound = schema.getArbGeomParams()
+    headers = {h.getName(): h for h in compound.propertyheaders} if compound.valid() else {}
+    result = {}
+    for name in with_all_needed(headers):
+        parameter = getattr(geometry, f"I{parameters_of[name]}GeomParam")
+        if not parameter.matches(headers[name]):
+            kind = parameters_of[name].lower()
+            raise InputError(f"must be a geometry parameter of type {kind}", argument=name)
+        result[name] = parameter(compound, name)
+        if result[name].getScope() != geometry.GeometryScope.kVertexScope:
+            raise InputError("must have one value per vertex", argument=name)
+        if result[name].getNumSamples() not in (1, n_frames):
+            raise InputError(
+                f"has {result[name].getNumSamples()} samples for {n_frames} frames", argument=name
+            )
+    return result
 
 
 def library_array(kind: str, values: NDArray[Any]) -> Any:

@@ -6,7 +6,7 @@ import numpy as np
 
 from .._errors import InputError
 from ..frame import Frames, frame_at
-from .units import explaining
+from .conversion import explaining
 
 _SAME = 1.05
 """Two sequences are in different units if their sizes differ by the ratio of these, about."""

@@ -15,7 +15,7 @@ from ..frame import Frames
 from ..header import Header
 from ..polygons import Polygons
 from ..stored import Stored
-from .comments import Metadata
+from .text import Metadata
 
 Write: TypeAlias = Callable[[Path, Header, Frames], Iterable[str] | None]
 Gaps: TypeAlias = Literal["refuse", "lost"]

@@ -13,10 +13,10 @@ from ..frame import Frame, Frames
 from ..header import ATTRIBUTES, Header, Origin
 from ..polygons import Polygons, as_polygons, split_polygons
 from ..stored import FileFrames, Indices
-from .comments import Metadata
 from .format import HOLDS_FACES, OTHER_MESHES, Gaps, Template, find_template
 from .names import find_files, names_to_write, numbers_in
 from .output import destination_of
+from .text import Metadata
 from .times import numbers_of_files, timing_of
 
 IN_FILES = frozenset({"polygons", "up_axis", "metres_per_unit", "start", "times"})

@@ -22,8 +22,8 @@ from ..frame import Frame
 from ..header import Header
 from ..stored import FileFrames, Indices
 from .format import ARRAYS, STATED, Format
-from .named import arrays_once, header_of, kinds_per_frame, per_frame, rows_of, single
 from .output import NO_LOCKS
+from .rows import arrays_once, header_of, kinds_per_frame, per_frame, rows_of, single
 
 # Frames that share compressed chunks are read in order, so the chunks are cached until the last.
 chunk_cache = {"rdcc_nbytes": 48 << 20, "rdcc_nslots": 10007}

@@ -17,8 +17,7 @@ from .._errors import naming
 from ..frame import Frame
 from ..header import ATTRIBUTES, Header, check_faces, check_needed, check_vertices
 from .format import ARRAYS, Format, Template, find_template
-from .named import per_frame
-from .rows import Rows, RowsFrames, load_array, open_rows, write_rows
+from .rows import Rows, RowsFrames, load_array, open_rows, per_frame, write_rows
 
 
 def _path_of(name: str, path: Path) -> Path:

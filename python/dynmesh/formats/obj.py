@@ -16,10 +16,10 @@ from .._core import parse_obj
 from ..frame import Frame, Frames
 from ..header import TEXTURE, Header
 from ..polygons import Polygons, as_polygons
-from .comments import Metadata, comments_of, metadata_in
 from .format import Format, not_written
 from .frame_files import IN_FILES, FilePerFrame, Loaded, mesh_file_of, write_frames
 from .output import destination_of, seen_from
+from .text import Metadata, comments_of, metadata_in
 
 _KINDS = {
     "vt": TEXTURE,

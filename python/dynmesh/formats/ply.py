@@ -18,9 +18,9 @@ from .._errors import InputError
 from ..frame import Frame, Frames
 from ..header import ATTRIBUTES, Attribute, Header, with_all_needed
 from ..polygons import Polygons, as_polygons
-from .comments import comments_of, metadata_in
 from .format import ARRAYS, Format, not_written
 from .frame_files import IN_FILES, FilePerFrame, Loaded, mesh_file_of, write_frames
+from .text import comments_of, metadata_in
 
 corner_lists = ("vertex_indices", "vertex_index")
 

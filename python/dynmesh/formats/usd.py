@@ -29,10 +29,8 @@ from ..polygons import as_polygons
 from .format import STATED, Format, not_written
 from .output import destination_of, refuse_inputs, seen_from
 from .own_space import extent_of
-from .usd_library import library_array, of_usd, pxr
-from .usd_mesh import errors_of_key, primvars
-from .usd_meshes import open_usd
-from .usd_stage import UsdFrames, UsdScene
+from .usd_mesh import errors_of_key, library_array, of_usd, primvars, pxr
+from .usd_stage import UsdFrames, UsdScene, open_usd
 
 unsaved_bytes = 1 << 24
 """Bytes of positions that are held in memory until the next save, plus at most one frame."""

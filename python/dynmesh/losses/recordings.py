@@ -9,9 +9,16 @@ from .._arrays import Mask, Positions
 from ..frame import Frames
 from ..scan import Scan
 from ..scans import Rig, ScanCamera
-from .losses import add_noise, add_outliers, camera_known, dropout, patch_known, random_known
+from .losses import (
+    add_noise,
+    add_outliers,
+    camera_known,
+    dropout,
+    patch_known,
+    random_known,
+    round_up,
+)
 from .scans import depth_images, scan_points
-from .shared import round_up
 from .visibility import Camera, intrinsics_of, orbit, pose_of
 
 _COUNTS = 60_000

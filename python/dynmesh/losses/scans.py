@@ -17,8 +17,7 @@ from .._errors import InputError
 from ..geometry import mean_edge_of, unit
 from ..polygons import Faces
 from ..scan import DepthScan, PointScan
-from .losses import patch_known
-from .shared import Purpose, check_cameras, numbered, rng_of, triangles_of
+from .losses import Purpose, check_cameras, numbered, patch_known, rng_of, triangles_of
 from .visibility import Camera, DepthBuffer, depth_buffer, intrinsics_of, orbit, pose_of, visible
 
 Cameras: TypeAlias = int | Sequence[Camera] | Callable[[int], Sequence[Camera]]

@@ -22,8 +22,8 @@ from .._checks import (
     check_positive,
 )
 from .._errors import InputError, naming, within
+from ..formats.conversion import UNITS, metres_of
 from ..formats.names import Number
-from ..formats.units import UNITS, metres_of
 from .matrices import intrinsics_of, inverted, pose_of, pose_or_lost
 from .other_cameras import as_cameras
 from .trajectories import Direction, Trajectory, between, is_lost, poses_beside, poses_in, within_of

@@ -14,9 +14,8 @@ import numpy as np
 from .._arrays import Positions, floats
 from .._checks import refuse_mask
 from .._errors import InputError, naming
-from ..formats.comments import Metadata, metadata_in
 from ..formats.ply import coordinates, ply_header, read_elements
-from ..formats.text import lines_in, number_of, words_in
+from ..formats.text import Metadata, lines_in, metadata_in, number_of, words_in
 from ..scan import PointScan
 
 _LIKE_COLOURS = 31

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from .._checks import path_of, selected
 from .._errors import DynmeshError, InputError, naming
+from ..formats.conversion import agreed
 from ..formats.format import Gaps
 from ..formats.names import (
     Number,
@@ -24,7 +25,6 @@ from ..formats.names import (
 )
 from ..formats.table import PathLike
 from ..formats.times import indices_of
-from ..formats.units import agreed
 from ..header import largest_start
 from ..scan import DepthScan, PointScan, Scan
 from .cameras import LostPoseError, Rig, ScanCamera, read_cameras

@@ -8,8 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._motion import turn
-from ._skin import Floats
+from ._skin import Floats, turn
 
 _AROUND, _ALONG = 14, 9  # vertices of a part around its axis, and rings along it
 _HEIGHT, _STRIDE, _PERIOD, _LIFT = 0.015, 0.018, 0.5, 0.007  # metres and seconds of a stride

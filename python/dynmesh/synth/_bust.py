@@ -8,8 +8,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from ._motion import chained, turn
-from ._skin import Capsule, Flesh, Skin, wrapped
+from ._skin import Capsule, Flesh, Skin, chained, turn, wrapped
 
 _CELL = 0.0075  # metres
 _BLEND = 0.006  # metres over which neighbouring flesh melts into one

@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._body import JOINTS, LEFT, MIDLINE, RIGHT, SIDES, Bone, Pose, body_of_girth
-from ._motion import Keys, track, turn
-from ._skin import Floats
+from ._skin import Floats, Keys, track, turn
 
 _DURATION = 5.83  # seconds
 _STEP_TIME = 0.42  # seconds from footfall to footfall

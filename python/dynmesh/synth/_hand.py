@@ -9,8 +9,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from ._motion import chained, track, turn
-from ._skin import Capsule, Flesh, Skin, wrapped
+from ._skin import Capsule, Flesh, Skin, chained, track, turn, wrapped
 
 _CELL = 0.004  # metres
 _RADII = (0.0088, 0.0080, 0.0072, 0.0064)  # metres, of a finger from its root on

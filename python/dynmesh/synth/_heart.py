@@ -6,8 +6,7 @@ Metres, x to the left of the body, y forward, z up, 0 in the middle of the heart
 import numpy as np
 from numpy.typing import NDArray
 
-from ._motion import turn
-from ._skin import Floats
+from ._skin import Floats, turn
 
 _GRID = 18  # edges along the side of the cube of which an organ is the image
 _BEAT, _BREATH = 0.9, 4.0  # seconds

@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 from .._errors import InputError
-from ..formats.units import agreed
+from ..formats.conversion import agreed
 from ..frame import Frames
 from ..scans import ScanReader, unit_of_scans
 

@@ -20,7 +20,7 @@ from ..completion.start import Start, StartFrame, check_start, open_with_templat
 from ..completion.training import Training, TrainingFrames
 from ..formats import OneSequence
 from ..formats.times import index_of
-from ..formats.usd_meshes import UsdMeshes
+from ..formats.usd_stage import UsdMeshes
 from ..frame import Frame, Frames
 from ..polygons import Faces
 from ..run import Run

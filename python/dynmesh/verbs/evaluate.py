@@ -8,8 +8,7 @@ import numpy as np
 from .._checks import check_choice
 from .._errors import InputError
 from .._options import Input
-from ..evaluation.report import Evaluation
-from ..evaluation.true_errors import Only, measured, suspicions
+from ..evaluation import Evaluation, Only, measured, suspicions
 from ..formats import OneSequence, PathLike, Source, opened
 from ..formats.comparison import check_comparable, remarks_of
 from ..frame import Frames

@@ -19,10 +19,8 @@ from .._progress import steps
 from ..frame import Frames, check_any
 from ..polygons import Faces
 from ..sequence import Sequence
-from .lengths import usual_lengths, without_outliers
-from .mesh import Mesh
 from .trips import completed_base, standard_errors
-from .window import best_frame, survey, window_around
+from .window import Mesh, best_frame, survey, usual_lengths, window_around, without_outliers
 
 __all__ = ["WholeFrame", "whole_frame"]
 

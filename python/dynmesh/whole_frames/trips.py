@@ -10,9 +10,7 @@ from .. import _arrays
 from .._arrays import Floats, Mask
 from ..baselines import LaplacianInterpolation
 from ..completer import Completer
-from .lengths import Lengths, deviation_of
-from .mesh import Mesh
-from .window import Window
+from .window import Lengths, Mesh, Window, deviation_of
 
 
 def known_parts(mesh: Mesh, window: Window) -> tuple[Floats, Mask]:

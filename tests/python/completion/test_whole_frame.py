@@ -11,9 +11,8 @@ from scans_of_meshes import bent
 
 import dynmesh
 from dynmesh import whole_frames
-from dynmesh.whole_frames.mesh import Mesh
 from dynmesh.whole_frames.trips import known_parts
-from dynmesh.whole_frames.window import Window
+from dynmesh.whole_frames.window import Mesh, Window
 
 
 class Recording:

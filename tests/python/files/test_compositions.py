@@ -15,7 +15,7 @@ from stages import BODY, production
 
 import dynmesh
 from dynmesh.completion.passes import Tally
-from dynmesh.formats.place import Place
+from dynmesh.formats.writing import Place
 
 Verb = Callable[[Any], Any]
 TRUTH = sea(len(PARTIAL), 12, **PARTIAL.described() | {"faces": PARTIAL.faces})

@@ -103,7 +103,7 @@ def test_triangles_through_the_plane_of_the_camera_hide_what_exact_rays_say(
 def test_work_in_small_portions_is_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
     mesh = potato(np.random.default_rng(4))
     expected = seen(mesh, NEAR_X)
-    monkeypatch.setattr("dynmesh.losses.rays._PAIRS_AT_ONCE", 10)
+    monkeypatch.setattr("dynmesh.losses.visibility._PAIRS_AT_ONCE", 10)
     np.testing.assert_array_equal(seen(mesh, NEAR_X), expected)
 
 

@@ -22,7 +22,7 @@ from commands import hide
 from sequences import assert_same, sea
 
 import dynmesh
-from dynmesh.cli import cluster
+from dynmesh.cli import jobs as running
 from dynmesh.cli.job_table import in_order, read_jobs
 from dynmesh.cli.jobs import batch, run_job
 
@@ -260,7 +260,7 @@ def test_a_cluster_without_workers_is_told_and_waited_for(
 ) -> None:
     write_partial(tmp_path / "a.npz", n_frames=400, grid=50)
     (tmp_path / "jobs.csv").write_text("input,output,method\na.npz,b.npz,detail\na.npz,c.npz,\n")
-    monkeypatch.setattr(cluster, "INTERVAL", 0.2)
+    monkeypatch.setattr(running, "INTERVAL", 0.2)
     error = io.StringIO()
     monkeypatch.setattr(sys, "stderr", error)
     with (
@@ -300,7 +300,7 @@ def test_workers_without_this_dynmesh_are_named(
     (tmp_path / "jobs.csv").write_text("input,output\na.npz,b.npz\n")
     command = ("batch", tmp_path / "jobs.csv", "--scheduler", scheduler)
     with monkeypatch.context() as other:
-        other.setattr(cluster, "__version__", "9.9.9")
+        other.setattr(running, "__version__", "9.9.9")
         told = run(*command, code=1).stderr
     assert f"has dynmesh {dynmesh.__version__}, but needs 9.9.9" in told
     (tmp_path / "dynmesh.py").write_text(there)

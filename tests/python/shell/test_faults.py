@@ -17,7 +17,7 @@ from conftest import LONGER, REPOSITORY
 from sequences import sea
 
 import dynmesh
-import dynmesh.evaluation.report
+import dynmesh.evaluation
 from dynmesh import _core
 from dynmesh.formats.npz import NpzFrames
 from dynmesh.scans import depth_files
@@ -110,7 +110,7 @@ FAULTS: dict[str, tuple[Any, str, str]] = {
     "a completer": (dynmesh.Completer, "push", "complete partial.npz out.npz"),
     "a tracker": (dynmesh.Tracker, "push", "track scans out.npz --template body.ply"),
     "an image": (depth_files, "_check", "track images out.npz --template body.ply"),
-    "a report": (dynmesh.evaluation.report, "counted", "evaluate sea.npz sea.npz"),
+    "a report": (dynmesh.evaluation, "counted", "evaluate sea.npz sea.npz"),
 }
 
 

@@ -14,7 +14,7 @@ import to_file
 from numpy.typing import NDArray
 
 import dynmesh
-from dynmesh.settings import Settings
+from dynmesh.completer import Settings
 
 
 class Job:

@@ -8,7 +8,7 @@ from commands import dynmesh_command as run
 from scan_files import scanned_body
 
 import dynmesh
-from dynmesh.formats.place import Place
+from dynmesh.formats.writing import Place
 
 SUFFIX = {"track": ".csv", "register": ".html"}
 

@@ -1,1 +1,0 @@
-"""How far a completed sequence is from the true one."""
