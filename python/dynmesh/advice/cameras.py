@@ -5,34 +5,20 @@ template tells what they cannot. If a single camera has another pose, a template
 as well, so only one that lies where the points are tells anything of it.
 """
 
-import contextlib
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
-from pathlib import Path
 from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import formats
-from .._arrays import Floats, Positions
-from .._checks import path_of
-from .._errors import InputError
-from .._report import Report
+from .._arrays import Floats
 from ..alignment import find_alignment
-from ..completion.start import template_of
-from ..formats import PathLike
-from ..scans import DepthScan, Rig, ScanCamera, open_scans, write_cameras
+from ..scans import DepthScan, ScanCamera
 from ..scans.other_cameras import OPENGL
-from ..scans.reader import DepthReader, ScanSource
-from ..tracking.background import Background
 from ..tracking.surface import Surface, subject_of, without_jumps
-from ..tracking.units import units_of
-from .rig_page import rig_page
 
-_SCANS = 4
-"""At most so many scans are compared, evenly over the sequence."""
 _POINTS = 500
 """So many points of each camera are compared with what the others see."""
 _NEAR = 0.02
@@ -145,22 +131,28 @@ class Fit:
         return any(better) and all(a <= b + _LESS for a, b in pairs)
 
     @property
+    def shares(self) -> dict[str, tuple[float, ...]]:
+        """What is wrong with points, and the share of those of each camera."""
+        every = {"contradict another camera": self.apart, "are far from the template": self.far}
+        return {what: shares for what, shares in every.items() if shares}
+
+    @property
     def told(self) -> str:
-        """The shares, in words."""
-        facts = []
-        if self.apart:
-            facts.append(f"{np.mean(self.apart):.1%} contradict another camera")
-        if self.far:
-            facts.append(f"{np.mean(self.far):.1%} are far from the template")
+        """The shares of all, in words."""
+        facts = [f"{np.mean(each):.1%} {what}" for what, each in self.shares.items()]
         return f"of the points, {' and '.join(facts)}" if facts else ""
 
     @property
     def named(self) -> tuple[str, ...]:
         """The cameras with their shares."""
-        rows = {"contradict another camera": self.apart, "are far from the template": self.far}
-        shares = [[f"{share:.0%} {what}" for share in row] for what, row in rows.items() if row]
-        each = zip(self.cameras, *shares, strict=True)
-        return tuple(f"{name}: {', '.join(own)}" if own else name for name, *own in each)
+        rows = [
+            [f"{each[at]:.0%} {what}" for what, each in self.shares.items()]
+            for at in range(len(self.cameras))
+        ]
+        return tuple(
+            ": ".join(filter(None, (name, ", ".join(row))))
+            for name, row in zip(self.cameras, rows, strict=True)
+        )
 
 
 def _far_from(surface: Surface, scan: DepthScan, *, moves: bool) -> tuple[float, ...]:
@@ -236,161 +228,3 @@ def fit_of(
         each = [_far_from(surface, scan, moves=not is_single) for scan in compared]
         fit = replace(fit, far=tuple(np.mean(each, axis=0).tolist()))
     return fit
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class RigReport(Report):
-    """What some scans say of the cameras.
-
-    Attributes:
-        quality: "doubtful" if the cameras do not fit as they are stated; "good" if nothing is
-            judged.
-        scan: the first one, in the unit of the template, as the cameras are stated.
-        template: its faces and vertices, or None if there is none.
-        up: the up axis that the template states, else "y".
-        stated: how the scans fit as the cameras are stated.
-        rig: the cameras if they fit, or corrected ones; None if neither is known.
-        wrong: what is wrong with them, in a sentence, if it is known.
-        meant: how the scans fit then.
-        path: of the scans.
-        files: those in which the cameras are stated.
-        output: the file with the corrected cameras that was written, or None.
-    """
-
-    scan: DepthScan = field(repr=False)
-    template: tuple[NDArray[np.integer], Positions] | None = field(default=None, repr=False)
-    up: str = "y"
-    stated: Fit
-    rig: Rig | None = field(default=None, repr=False)
-    wrong: str = ""
-    meant: Fit | None = None
-    path: Path = field(default=Path("scans"), repr=False)
-    files: tuple[Path, ...] = field(default=(), repr=False)
-    output: Path | None = None
-
-    def lines(self) -> list[str]:
-        """Says what was found."""
-        kind = "corrected" if self.wrong else "same"
-        written = [] if self.output is None else [f"the {kind} cameras are written"]
-        return [self.told, *written, *self.remarks]
-
-    def write_cameras(self, path: PathLike) -> None:
-        """Writes a JSON file with the corrected cameras.
-
-        Raises:
-            ValueError: no correction is known.
-            OSError: it cannot be written.
-        """
-        if self.rig is None:
-            raise InputError("no correction of the cameras is known")
-        write_cameras(path_of("path", path), self.rig)
-
-    def page(self, path: PathLike) -> None:
-        """Writes an HTML file that shows the cameras, what they see, and the template."""
-        shown = rig_page(
-            self.scan,
-            self.template,
-            up=self.up,
-            title=f"{self.path.name}, the first scan",
-            told=self.told,
-            names=self.stated.named,
-        )
-        path_of("path", path).write_text(shown, encoding="utf-8")
-
-    @property
-    def told(self) -> str:
-        """What was found, in a sentence."""
-        facts = self.stated.told
-        if self.meant is not None:
-            return f"{self.wrong}: {facts}, but {self.meant.told} if that is corrected"
-        if self.rig is not None:
-            blind = [camera.name for camera in self.rig.cameras]
-            blind = [name for name in blind if name not in self.stated.cameras]
-            more = f"; those without an image in it are not judged: {', '.join(blind)}"
-            if self.template is None:
-                facts += "; a template tells whether images are mirrored or depths along rays"
-            return f"the cameras fit: {facts}{more if blind else ''}"
-        if len(self.stated.cameras) == 1:
-            why = "a single camera cannot be judged, unless a template lies where its points are"
-            return f"{why}{facts and f': {facts}'}; `page` shows them"
-        if self.stated.agrees:
-            return f"the cameras agree, but the template has another pose, shape or unit: {facts}"
-        named = "; ".join(self.stated.named)
-        return f"the cameras contradict one another, and no single reading explains it: {named}"
-
-
-def judge_rig(
-    path: Path,
-    rig: Rig | None,
-    reading: ScanSource,
-    template: PathLike | None,
-    scan_unit: float | str | None,
-    template_unit: float | str | None,
-    room: Background,
-    show: Callable[[int, int], None],
-) -> RigReport:
-    """Judges cameras by some scans, without the room.
-
-    `reading` is how scans are read; `show` is called with the number of readings of the cameras
-    that were tried and of all.
-    """
-    of_rig: ScanSource = {**reading, "cameras": rig}
-    reader = open_scans(path, **of_rig)
-    if rig is None or not isinstance(reader, DepthReader):
-        raise InputError(
-            "holds point clouds; of cameras, only those of depth images can be judged", file=path
-        )
-    numbers = _with_points(reader)
-    names = reader.cameras_of(numbers[0])
-    surface, up, factor = None, "y", 1.0
-    if template is not None:
-        with formats.open(template) as mesh:
-            factor = units_of(reader, mesh, scan_unit, template_unit).factor
-            surface = Surface(mesh.faces, template_of(mesh))
-            up = mesh.header.up_axis or "y"
-
-    def read(meant: Rig) -> Iterator[DepthScan]:
-        """What cameras leave of the scans, in the unit of the template."""
-        of_meant: ScanSource = {**reading, "cameras": meant}
-        opened = open_scans(path, **of_meant)
-        for count, number in enumerate(numbers):
-            (scan,) = opened.frames(number, number + 1)
-            if isinstance(scan, DepthScan):
-                scan = scan.scaled(factor)
-                if count == 0 and surface is not None:
-                    room.find(scan, surface.faces, surface.points)
-                yield room.without(scan)
-
-    scans = [*read(rig)]
-    stated = fit_of(scans, names, surface, moves=rig.moves)
-    shown = None if surface is None else (surface.faces, surface.points)
-    judged = RigReport(scan=scans[0], template=shown, up=up, stated=stated, rig=rig)
-    if not stated.measures:
-        return replace(judged, rig=None)
-    if stated.is_good:
-        return judged
-    tried = []
-    for done, (said, change) in enumerate(READINGS.items()):
-        show(done, len(READINGS))
-        meant = replace(rig, cameras=tuple(map(change, rig.cameras)))
-        # Some readings are refused, as mirrored images with a distortion are.
-        with contextlib.suppress(InputError):
-            fit = fit_of([*read(meant)], names, surface, moves=rig.moves)
-            tried.append((fit, said, meant))
-    better = [one for one in tried if one[0].is_better_than(stated)]
-    if better:
-        fit, said, meant = min(better, key=lambda one: sum(one[0].measures))
-        return replace(judged, quality="doubtful", rig=meant, wrong=said, meant=fit)
-    return replace(judged, quality="good" if len(names) == 1 else "doubtful", rig=None)
-
-
-def _with_points(reader: DepthReader) -> list[int]:
-    """Returns the numbers, counted from 0, of the first scan with points and of some others."""
-    first = None
-    for number, scan in enumerate(reader):
-        if isinstance(scan, DepthScan) and scan.has_points:
-            first = number
-            break
-    if first is None:
-        raise InputError("no frame has points", file=reader.path)
-    return [*dict.fromkeys(np.linspace(first, reader.n_frames - 1, _SCANS).astype(int).tolist())]

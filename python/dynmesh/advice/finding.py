@@ -26,82 +26,65 @@ class Kind(NamedTuple):
     advice: str
 
 
-_TOUCHING = (
-    "Motion propagates across them and pulls together sheets that may only touch, and method "
-    "detail has no well-defined shape there. Separate the sheets, or delete the inner faces."
-)
-
 KINDS = {
     "known_not_finite": Kind(
         "error", "position", "marked as known but not finite, or beyond {limit}",
-        "The sequence cannot be completed: such a frame is refused. Mark them as missing in the "
-        "known mask, or write them as NaN in a file without masks.",
+        "Completion refuses such a frame.",
     ),
     "no_faces": Kind(
-        "error", "vertex", "and no faces",
-        "The sequence cannot be completed: motion propagates along edges. Give a mesh with faces "
-        "if the file holds only positions.",
+        "error", "vertex", "and no faces", "Completion needs them: motion propagates along edges.",
     ),
     "first_frame_incomplete": Kind(
         "warning", "vertex", "of {all} missing",
-        "{start} Frames before it are completed backwards. A complete mesh from a template or a "
-        "scan at rest may be a better start.",
+        "{start} Frames before it are completed backwards.",
     ),
     "scrambled_frames": Kind(
         "warning", "frame",
         "with scrambled vertices: up to {share} of the edges are much too long",
-        "The vertices do not correspond to those of the first frame, or the unit changes. dynmesh "
-        "completes tracked meshes: number the vertices alike in all frames.",
+        "Completion needs vertices that are numbered alike in all frames.",
     ),
     "zeros": Kind(
         "warning", "position", "of exactly (0, 0, 0), {share} of all",
-        "The sensor probably wrote zeros where it observed nothing. Taken as positions, they pull "
-        "the mesh towards the origin. If so, say it: `missing` zero.",
+        "As positions, they pull the mesh there; `missing` zero leaves them out.",
     ),
     "leaps": Kind(
         "warning", "frame", "with a jump of up to {worst} diagonals, where {typical} is typical",
-        "This is a cut, a gap in the recording, or a misplaced frame (two jumps, there and back). "
-        "Estimates are inaccurate after a jump: start a new sequence at a cut, and remove "
-        "misplaced frames.",
+        "Estimates are inaccurate after a jump.",
     ),
     "outliers": Kind(
         "warning", "outlier", "that edges longer than around tear off, by {worst} mean edges",
-        "They displace the vertices that are estimated around them. Let completion reject "
-        "outliers, or mark them as missing in the known mask.",
+        "They displace the vertices around them; completion can reject outliers.",
     ),
     "held": Kind(
         "warning", "position",
         "held: the same bit for bit as in the frame before, while the surface beside moved",
-        "The sensor probably repeats the last position of what it has lost. Let completion reject "
-        "outliers, or mark them as missing in the known mask.",
+        "They hold back the vertices around them; completion can reject outliers.",
     ),
     "frames_without_anchors": Kind(
         "warning", "frame", "without any known vertex, at most {worst} in a row",
-        "The mesh stands still in these frames and jumps afterwards. A frame without known "
-        "vertices cannot be completed from the past; if later frames may be used, interpolate "
-        "instead.",
+        "The mesh stands still in these frames and jumps afterwards.",
     ),
     "never_seen": Kind(
         "warning", "vertex", "in patches, {share} of all, never known after frame {first}",
-        "Nothing corrects their estimates, in which errors accumulate. Training frames, or "
-        "completion from both sides, may help.",
+        "Nothing corrects their estimates, in which errors accumulate.",
     ),
     "coincident_vertices": Kind(
         "warning", "vertex", "at exactly the position of another vertex in the first frame",
-        "The surface is probably cut there, for example along texture seams. The two sides are "
-        "completed separately and may open. Merge them first (merge by distance).",
+        "No edge joins the sides of a cut there, which are completed separately and may open.",
     ),
     "first_vertex_unused": Kind(
         "warning", "vertex", "in no face, and it is the first",
-        "The faces may count vertices from 1, and then refer to the wrong ones: subtract 1.",
+        "Faces that count vertices from 1 refer to the wrong ones.",
     ),
-    "non_manifold_edges": Kind("warning", "triangle", "at edges with two others", _TOUCHING),
+    "non_manifold_edges": Kind(
+        "warning", "triangle", "at edges with two others", "Motion propagates across them.",
+    ),
     "non_manifold_vertices": Kind(
-        "warning", "triangle", "at vertices where sheets touch in a single point", _TOUCHING
+        "warning", "triangle", "at vertices where sheets touch in a single point",
+        "Motion propagates across them.",
     ),
     "degenerate_faces": Kind(
-        "warning", "triangle", "with a repeated vertex",
-        "They are ignored, but their edges still count. Delete them.",
+        "warning", "triangle", "with a repeated vertex", "Only their edges count.",
     ),
 }  # fmt: skip
 """By the codes, the most important first."""

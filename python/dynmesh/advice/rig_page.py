@@ -33,7 +33,6 @@ _STYLE = """
 def rig_page(
     scan: DepthScan,
     template: tuple[NDArray[np.integer[Any]], Positions] | None,
-    *,
     up: str,
     title: str,
     told: str,
@@ -41,13 +40,8 @@ def rig_page(
 ) -> str:
     """Creates the HTML document, which needs no other file and no network.
 
-    Args:
-        scan: an image of each camera.
-        template: faces and vertices, or None.
-        up: "x", "y" or "z".
-        title: the heading.
-        told: what stands below it.
-        names: of the cameras, in the order of the images, and what else is said of each.
+    The scan has an image of each camera, and a name, with what else is said of it; the template,
+    if there is one, faces and vertices.
     """
     clouds = [cloud[:: 1 + len(cloud) // _MOST_POINTS] for cloud in scan.clouds]
     meshes = [] if template is None else [template[1]]

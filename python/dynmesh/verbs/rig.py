@@ -1,16 +1,104 @@
 """Whether the cameras of depth images are read as they are meant, and a file that corrects them."""
 
-from dataclasses import replace
+import contextlib
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Unpack
 
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import formats
+from .._arrays import Positions
 from .._checks import path_of
 from .._errors import InputError
 from .._options import Input
 from .._progress import steps
-from ..advice.cameras import RigReport, judge_rig
+from .._report import Report
+from ..advice.cameras import READINGS, Fit, fit_of
+from ..advice.rig_page import rig_page
+from ..completion.start import template_of
 from ..formats import PathLike
-from ..scans.reader import ScanSource, read_rig
+from ..scans import DepthScan, Rig, ScanReader, open_scans, write_cameras
+from ..scans.reader import DepthReader, ScanSource, read_rig
 from ..tracking.background import Background, Crop
+from ..tracking.surface import Surface
+from ..tracking.units import units_of
+
+_SCANS = 4
+"""At most so many scans are compared, evenly over the sequence."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RigReport(Report):
+    """What some scans say of the cameras.
+
+    Attributes:
+        quality: "doubtful" if the cameras do not fit as they are stated; "good" if nothing is
+            judged.
+        scan: the first one, in the unit of the template, as the cameras are stated.
+        template: its faces and vertices, or None if there is none.
+        up: the up axis that the template states, else "y".
+        stated: how the scans fit as the cameras are stated.
+        rig: the cameras if they fit, or corrected ones; None if neither is known.
+        wrong: what is wrong with them, in a sentence, if it is known.
+        meant: how the scans fit then.
+        path: of the scans.
+        files: those in which the cameras are stated.
+        output: the file with the corrected cameras that was written, or None.
+    """
+
+    scan: DepthScan = field(repr=False)
+    template: tuple[NDArray[np.integer], Positions] | None = field(default=None, repr=False)
+    up: str = "y"
+    stated: Fit
+    rig: Rig | None = field(default=None, repr=False)
+    wrong: str = ""
+    meant: Fit | None = None
+    path: Path = field(repr=False)
+    files: tuple[Path, ...] = field(default=(), repr=False)
+    output: Path | None = None
+
+    def lines(self) -> list[str]:
+        """Says what was found."""
+        kind = "corrected" if self.wrong else "same"
+        written = [] if self.output is None else [f"the {kind} cameras are written"]
+        return [self.told, *written, *self.remarks]
+
+    def write_cameras(self, path: PathLike) -> None:
+        """Writes a JSON file with the cameras, corrected if they do not fit."""
+        if self.rig is None:
+            raise InputError("no correction of the cameras is known")
+        write_cameras(path_of("path", path), self.rig)
+
+    def page(self, path: PathLike) -> None:
+        """Writes an HTML file that shows the cameras, what they see, and the template."""
+        title, names = f"{self.path.name}, the first scan", self.stated.named
+        html = rig_page(self.scan, self.template, self.up, title, self.told, names)
+        path_of("path", path).write_text(html, encoding="utf-8")
+
+    @property
+    def told(self) -> str:
+        """What was found, in a sentence."""
+        facts = self.stated.told
+        if self.meant is not None:
+            return f"{self.wrong}: {facts}, but {self.meant.told} if that is corrected"
+        if self.rig is not None:
+            every = [camera.name for camera in self.rig.cameras]
+            blind = ", ".join(name for name in every if name not in self.stated.cameras)
+            if self.template is None:
+                facts += "; a template tells whether images are mirrored or depths along rays"
+            if blind:
+                facts += f"; those without an image in it are not judged: {blind}"
+            return f"the cameras fit: {facts}"
+        if len(self.stated.cameras) == 1:
+            why = "a single camera cannot be judged, unless a template lies where its points are"
+            return f"{why}{facts and f': {facts}'}; `page` shows them"
+        if self.stated.agrees:
+            return f"the cameras agree, but the template has another pose, shape or unit: {facts}"
+        named = "; ".join(self.stated.named)
+        return f"the cameras contradict one another, and no single reading explains it: {named}"
 
 
 def rig(
@@ -45,10 +133,6 @@ def rig(
         progress: whether to show on standard error how far it is.
         of_scans: how the scans are read: `cameras`, `poses`, `gaps`, `subject` and
             `least_confidence` of :func:`dynmesh.scans.open_scans`.
-
-    Raises:
-        OSError, ImportError, ValueError: a file cannot be read, the scans are no depth images, or
-            no frame has points.
     """
     path = path_of("scans", scans)
     # Without a crop, planes are found by themselves, but what it leaves of them may be too small.
@@ -58,8 +142,74 @@ def rig(
         raise InputError("needs a `template`", argument=argument)
     reading: ScanSource = {"gaps": "lost", **of_scans}
     stated = read_rig(path, reading.pop("cameras", None), reading.pop("poses", None))
+
+    def opened(cameras: Rig | None) -> ScanReader:
+        of_cameras: ScanSource = {**reading, "cameras": cameras}
+        return open_scans(path, **of_cameras)
+
+    reader = opened(stated)
+    if stated is None or not isinstance(reader, DepthReader):
+        message = "holds point clouds; of cameras, only those of depth images can be judged"
+        raise InputError(message, file=path)
+    numbers = _with_points(reader)
+    names = reader.cameras_of(numbers[0])
+    surface, up, factor = None, "y", 1.0
+    if template is not None:
+        with formats.open(template) as mesh:
+            factor = units_of(reader, mesh, scan_unit, template_unit).factor
+            surface = Surface(mesh.faces, template_of(mesh))
+            up = mesh.header.up_axis or "y"
+
+    def left(cameras: Rig) -> Iterator[DepthScan]:
+        """What cameras leave of the scans, in the unit of the template."""
+        reader = opened(cameras)
+        for number in numbers:
+            (scan,) = reader.frames(number, number + 1)
+            if isinstance(scan, DepthScan):
+                scan = scan.scaled(factor)
+                if number == numbers[0] and surface is not None:
+                    room.find(scan, surface.faces, surface.points)
+                yield room.without(scan)
+
+    def fit(scans: list[DepthScan]) -> Fit:
+        return fit_of(scans, names, surface, moves=stated.moves)
+
     with steps("judging the cameras", progress) as show:
-        result = judge_rig(path, stated, reading, template, scan_unit, template_unit, room, show)
-    files = () if stated is None or stated.file is None else (stated.file,)
-    reason = "" if result.quality == "good" else result.told
-    return replace(result, reason=reason, path=path, files=files)
+        compared = [*left(stated)]
+        result = RigReport(
+            scan=compared[0],
+            template=None if surface is None else (surface.faces, surface.points),
+            up=up,
+            stated=fit(compared),
+            rig=stated,
+            path=path,
+            files=() if stated.file is None else (stated.file,),
+        )
+        if not result.stated.measures:
+            return replace(result, rig=None)
+        if result.stated.is_good:
+            return result
+        better = []
+        for done, (wrong, change) in enumerate(READINGS.items()):
+            show(done, len(READINGS))
+            meant = replace(stated, cameras=tuple(map(change, stated.cameras)))
+            # Some readings are refused, as mirrored images with a distortion are.
+            with contextlib.suppress(InputError):
+                if (other := fit([*left(meant)])).is_better_than(result.stated):
+                    better.append((sum(other.measures), wrong, meant, other))
+    result = replace(result, rig=None)
+    if better:
+        _, wrong, meant, other = min(better, key=lambda one: one[0])
+        result = replace(result, rig=meant, wrong=wrong, meant=other)
+    elif len(names) == 1:
+        return result
+    return replace(result, quality="doubtful", reason=result.told)
+
+
+def _with_points(reader: DepthReader) -> list[int]:
+    """Returns the numbers, counted from 0, of the first scan with points and of some others."""
+    for first, scan in enumerate(reader):
+        if scan is not None and scan.has_points:
+            last = reader.n_frames - 1
+            return [*dict.fromkeys(np.linspace(first, last, _SCANS).astype(int).tolist())]
+    raise InputError("no frame has points", file=reader.path)
