@@ -11,9 +11,7 @@ from . import (
     cases,
     paper,
     rivals,
-    tracking_baselines,
-    tracking_errors,
-    tracking_resolutions,
+    tracking,
     whole_frame,
 )
 from .harness import Table, add_arguments, show
@@ -28,7 +26,6 @@ OPTIONS: dict[str, dict[str, Any]] = {
 
 TABLES: dict[str, tuple[Callable[[argparse.Namespace], list[Table]], tuple[str, ...]]] = {
     "paper": (paper.tables, ("--azimuth", "--quick")),
-    "two-readings": (cases.two_readings, ("--known",)),
     "rivals": (rivals.tables, ()),
     "drift": (cases.drift, ("--known",)),
     "methods": (cases.relative_to_motion, ("--known",)),
@@ -36,9 +33,9 @@ TABLES: dict[str, tuple[Callable[[argparse.Namespace], list[Table]], tuple[str, 
     "learning": (cases.learning, ("--known",)),
     "both-sides": (both_sides.tables, ()),
     "calibration": (calibration.tables, ()),
-    "tracking": (tracking_baselines.tables, ("--cameras",)),
-    "tracking-errors": (tracking_errors.tables, ("--cameras",)),
-    "tracking-resolutions": (tracking_resolutions.tables, ("--cameras",)),
+    "tracking": (tracking.baselines, ("--cameras",)),
+    "tracking-errors": (tracking.standard_errors, ("--cameras",)),
+    "tracking-resolutions": (tracking.resolutions, ("--cameras",)),
     "whole-frame": (whole_frame.tables, ()),
 }
 

@@ -1,6 +1,6 @@
 """Compares methods on sequences and losses, as tables.
 
-    script/reproduce two-readings|drift|methods|training|learning [FOLDER NAME[:FRAMES] ...]
+    script/reproduce drift|methods|training|learning [FOLDER NAME[:FRAMES] ...]
 
 Every table shows NMSVE, averaged over the frames after frame 0, times 10 000, in bounding-box
 diagonals of frame 0, or relative to that of another method.
@@ -20,7 +20,6 @@ from .methods import (
     DETAIL,
     LIA_ON_MOTION,
     MOTION,
-    ONCE,
     Method,
     dynmesh_method,
     trained,
@@ -35,20 +34,6 @@ EXTRA = dynmesh_method(
     "motion, 10 extra iterations", "#0072b2", "--", method="motion", extra_iterations=10
 )
 LEARNING = dynmesh_method("detail, learning", "#882255", "-", method="detail", learn=True)
-
-
-def two_readings(arguments: argparse.Namespace) -> list[Table]:
-    """Both readings of the weights, and detail, in double precision, known at random."""
-    methods = {"re-estimated": MOTION, "once only": ONCE, "detail": DETAIL}
-    lines: list[Line] = [("data", "known", *methods)]
-    for sequence in sequences(arguments, _FRAMES):
-        subject = sequence.scaled()
-        masks = losses_of(subject, arguments.known or PAPER_SHARES, ())
-        found = run_all(subject, methods.values(), masks)
-        for loss in masks:
-            cells = [nmsve_cell(found[method, loss].error) for method in methods.values()]
-            lines.append((subject.name, loss, *cells))
-    return [Table("two-readings", lines)]
 
 
 def drift(arguments: argparse.Namespace) -> list[Table]:

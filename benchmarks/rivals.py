@@ -21,7 +21,7 @@ from .harness import ABSENT, Line, Table, nmsve_cell, number, progress
 from .methods import ARAP_FROM_PREVIOUS, BASELINES, DETAIL, MOTION
 from .runner import followed, run_all
 from .subjects import Subject, losses_of
-from .tracking_baselines import methods
+from .tracking import methods
 
 NAMES: tuple[synth.Name, ...] = get_args(synth.Name)
 COMPLETED = range(0, 25, 3)  # frames
@@ -29,7 +29,7 @@ CLOTHS = {"cloth 30 x 30": (30, 1), "cloth 45 x 45": (45, 2)}  # vertices along 
 TRACKED = range(0, 9, 4)
 _POINTS = 5000
 LARGEST = 5000  # vertices of subjects that are tracked; rivals take minutes for larger ones
-COMPLETED_NAMES = (*NAMES, *CLOTHS, *deep_holes.SUBJECTS)
+COMPLETED_NAMES = (*NAMES, *CLOTHS, "flippers")
 
 Case = tuple[Subject, dict[str, list[Mask]]]
 """A subject and the known masks of its frames, by the names of the losses."""
@@ -55,8 +55,8 @@ def cloth(name: str) -> Subject:
 def cases(names: Iterable[str]) -> Iterator[Case]:
     """Yield what is completed of subjects of these names."""
     for name in names:
-        if name in deep_holes.SUBJECTS:
-            subject = deep_holes.SUBJECTS[name]()
+        if name == "flippers":
+            subject = deep_holes.flippers()
             yield subject, {"deep holes": deep_holes.masks(subject)}
         else:
             built_in = subjects(COMPLETED, [known for known in NAMES if known == name])

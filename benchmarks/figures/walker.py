@@ -16,7 +16,7 @@ from dynmesh.draw import figures
 from dynmesh.draw.figures import View
 from dynmesh.geometry import vertex_normals
 
-from .. import tracking_baselines
+from .. import tracking
 from ..harness import nmsve_cell, progress
 from ..methods import BIHARMONIC, DETAIL, MOTION, Method, trained
 from ..pictures import ERRORS, Panel, sheet, surface, view_of
@@ -132,7 +132,7 @@ def track(figure: Subject, folder: Path) -> None:
         Panel([points], "scan", f"{len(scan.points)} points, {_CAMERAS} cameras"),
         Panel([surface(subject, subject.vertices[shown], view)], "true"),
     ]
-    register = tracking_baselines.methods(subject)
+    register = tracking.methods(subject)
     for label in ("dynmesh", "rigid ICP (trimesh)"):
         frame = subject.vertices[0]
         for later in progress(scans[1:], label):

@@ -60,7 +60,6 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.mark.parametrize(
     ("name", "arguments", "sizes"),
     [
-        ("two-readings", "sheet:4", [5]),
         ("drift", "sheet:6 --known 0.1 0.3", [7]),
         ("methods", "sheet:4", [6]),
         ("training", "sheet:8", [2]),

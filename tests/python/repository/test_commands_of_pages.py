@@ -19,7 +19,6 @@ from documents import DOCUMENTS, PROGRAMS, README, blocks, run, with_tables
 import dynmesh
 
 SHORTER = {
-    "script/reproduce two-readings\n": "script/reproduce two-readings --known 0.3\n",
     "benchmarks.figures --page": "benchmarks.figures --draft --page",
     "dynmesh synth walker walker.npz\n": "dynmesh synth walker walker.npz --frames 8\n",
     "dynmesh synth walker figure.npz --frames 20\n": "dynmesh synth walker figure.npz --frames 5\n",
