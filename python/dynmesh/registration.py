@@ -1,8 +1,8 @@
 """Registration of a template with one scan."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
-from typing import Any, Literal, TypeAlias
+from dataclasses import dataclass
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,7 @@ from ._errors import KindError
 from ._stream import trained
 from .polygons import Faces, Mesh, mesh_arrays
 from .scan import DepthScan, PointScan, Scan
-from .tracker import image_arrays, scan_arrays
+from .tracker import MeshInScan, image_arrays, scan_arrays
 
 __all__ = ["Registration", "register"]
 
@@ -22,9 +22,9 @@ Landmarks: TypeAlias = tuple[NDArray[np.integer[Any]], Positions]
 """Vertices (n,) of a template and the positions (n, 3) of the scan to which they belong."""
 
 
-@dataclass(frozen=True, eq=False)
-class Registration:
-    """What :func:`dynmesh.register` returns.
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Registration(MeshInScan):
+    """What :func:`dynmesh.register` returns; see also :class:`dynmesh.tracker.MeshInScan`.
 
     Attributes:
         vertices: (k, 3), with the dtype of the template, in the unit of the points.
@@ -32,18 +32,6 @@ class Registration:
         standard_error: (k,) as :attr:`dynmesh.Tracker.standard_error`; None without `uncertainty`.
         transform: (4, 4) float64, the rigid motion that brings the template closest to the
             vertices; with `scale`, its rotation is multiplied by the scale that was found.
-        far: the share of the points that are farther than a mean edge from the mesh.
-        unexplained: of the points beside the mesh, on its side and within its outline, the share
-            that is farther from it than their noise explains: four times the median distance, but
-            at least a quarter of a mean edge.
-        hole: the share of the template's area that is the largest connected piece without a point,
-            as of a limb that was not measured, among what the sensors should see; without
-            `viewpoints`, among all.
-        overlap: the share of the template's area where another part lies as well and faces the same
-            way.
-        stretch: by which share of their length the edges have changed, on average; if it is large,
-            the scan is of another subject, or of another size.
-        distance: the root mean square distance of the points that are not far.
         rounds: how often the whole surface was drawn into the scan.
         converged: whether the vertices had stopped moving then.
         quality: "good"; "doubtful", if a part is probably wrong or missing, or a landmark is not
@@ -51,50 +39,16 @@ class Registration:
             Points of other things say nothing, so that the template may be a part of what was
             scanned; see docs/reference/tracking.md.
         scale: how many times as large as the unit of the template that of the points is; 1 without
-            `scale`.
-        growth: how many times as long as those of the template the edges are, by their median and
-            in units of `scale`.
-        disagreeing: the share of the points that are near the mesh, but whose normal is that of
-            another surface.
-        points: how many points were compared with the mesh, without stray ones.
-        seen: the share of the vertices that have a measured point.
-        misfit: `far` + `disagreeing` + `stretch`, as of :class:`dynmesh.tracker.TrackingReport`.
-        cause: what is probably wrong if the quality is not good: "unseen", "size", "part", "pose"
-            or "place".
-        reason: why the quality is not good, in a sentence that begins with the cause; empty if it
-            is.
+            `scale`, in whose units `growth` is.
     """
 
     vertices: Positions
     observed: Mask
     standard_error: NDArray[np.floating[Any]] | None
     transform: NDArray[np.float64]
-    far: float
-    unexplained: float
-    hole: float
-    overlap: float
-    stretch: float
-    distance: float
     rounds: int
     converged: bool
     scale: float
-    growth: float
-    explained: float = field(repr=False)
-    contradicted: float = field(repr=False)
-    change: float = field(repr=False)
-    others: float = field(repr=False)
-    others_distance: float = field(repr=False)
-    noise: float = field(repr=False)
-    doubt: float = field(repr=False)
-    leap: float = field(repr=False)
-    lost: float
-    disagreeing: float
-    points: int
-    seen: float
-    misfit: float
-    quality: Literal["good", "doubtful", "ruined"]
-    cause: Literal["unseen", "size", "part", "pose", "place"]
-    reason: str
 
 
 def register(
@@ -167,7 +121,10 @@ def register(
     vertices = flat.reshape(-1, 3)
     result["transform"] = result["transform"].reshape(4, 4)
     return Registration(
-        vertices, observed.astype(np.bool_), errors if uncertainty else None, **result
+        vertices=vertices,
+        observed=observed.astype(np.bool_),
+        standard_error=errors if uncertainty else None,
+        **result,
     )
 
 

@@ -18,7 +18,7 @@ from .frame import Frame
 from .polygons import Faces, Mesh
 from .scan import DepthScan, PointScan, Scan
 
-__all__ = ["Agreement", "Tracker", "TrackingReport"]
+__all__ = ["Agreement", "MeshInScan", "Tracker", "TrackingReport"]
 
 Matrix: TypeAlias = NDArray[np.floating[Any] | np.integer[Any]]
 
@@ -28,32 +28,9 @@ Resolution: TypeAlias = Literal["best"] | int
 _KINDS = {"uncertainty": bool, "recover": bool, "threads": int}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Agreement:
-    """How well a surface explains what a sensor measured of it.
-
-    Attributes:
-        points: as in TrackingReport, like all others.
-        far: the share of the points that are far from the surface.
-        disagreeing: the share with the normal of another surface.
-        distance: the root mean square distance of those that are not far.
-    """
-
-    points: int
-    far: float
-    disagreeing: float
-    distance: float
-
-
-@dataclass(frozen=True, kw_only=True)
-class TrackingReport(FrameReport):
-    """Statistics of one tracked frame.
-
-    `known` counts the observed vertices, `filled` the others of their components, `disconnected`
-    those of components without any, and `iterations` how often correspondences were found. With
-    training, `prior_weight` and `prior_share` are as in FrameReport, and with uncertainty,
-    `standard_error` is the root mean square of those of all vertices where it is finite. See also
-    FrameReport.
+    """How well a surface explains what was measured of it.
 
     Attributes:
         points: how many measured points were compared with the surface. Stray points, which are far
@@ -64,19 +41,41 @@ class TrackingReport(FrameReport):
             NaN without points.
         distance: the root mean square distance from the surface of those that are not far, in the
             unit of the positions; NaN without any.
+    """
+
+    points: int
+    far: float
+    disagreeing: float
+    distance: float
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class MeshInScan(Agreement):
+    """How good a mesh is that was found in a scan.
+
+    Attributes:
         explained: of the template's surface that sensors should see, since it faces one of them
             while nothing lies before it, the share that has a point within the noise of the points.
             Without sensors, it should be seen from all sides.
         contradicted: the share of this surface that a sensor saw through, since it measured what
             lies behind, and the share of the points on the mesh that face the other way.
-        stretch: by which share of their length the edges have changed since the first frame, on
-            average, beside their common growth.
-        growth: how many times as long as in the first frame the edges are, by their median.
+        stretch: by which share of their length the edges have changed, on average, beside their
+            common growth: since the first frame, or from the template. If it is large, the scan is
+            of another subject.
+        growth: how many times as long the edges have become, by their median.
         change: how much the edges have changed since the last good frame, as `stretch`.
         others: the share of the points that lie on nothing of the mesh, since other things were
-            measured as well. They do not make a frame worse.
+            measured as well. They do not make it worse.
         others_distance: their median distance from the mesh.
         noise: the standard deviation of the points about their surface.
+        unexplained: of the points beside the mesh, on its side and within its outline, the share
+            that is farther from it than their noise explains: four times the median distance, but
+            at least a quarter of a mean edge.
+        hole: the share of the template's area that is the largest connected piece without a point,
+            as of a limb that was not measured, among what the sensors should see; without any,
+            among all.
+        overlap: the share of the template's area where another part lies as well and faces the same
+            way.
         seen: the share of the vertices that have a measured point.
         lost: a vertex of the largest component that is lost, since nothing was measured where it
             should be seen and nothing holds it there; -1 if none is.
@@ -87,26 +86,20 @@ class TrackingReport(FrameReport):
             `stretch` / 0.06, and the growth by 6 %.
         leap: `change` as a multiple of the largest that the recent good frames make likely, or the
             growth since then as one of 6 %; 0 if the shape has not become another one.
-        quality: "good"; "doubtful" if `doubt` is more than 1, if less than 1 % of the vertices have
-            a point, or if a component is lost; "ruined" if `leap` is more than 1, which lasts until
-            the mesh is right again, `contradicted` more than 0.15, `explained` less than 0.3, or
-            `stretch` more than 0.3.
-        reason: why the quality is not good, in a sentence; empty if it is.
+        quality: "good", "doubtful" or "ruined", probably.
+        reason: why the quality is not good, in a sentence that begins with the cause; empty if it
+            is.
+        cause: what is probably wrong if the quality is not good: "unseen", "size", "part", "pose"
+            or "place".
         misfit: `far` + `disagreeing` + `stretch`, which is least for the right one of several
             meshes in the same scan.
-        recovered: whether the template was lost and found again.
     """
 
-    rejected: int = field(repr=False)
-    points: int
-    far: float
-    disagreeing: float
-    distance: float
     stretch: float
     growth: float
     explained: float
     contradicted: float
-    change: float
+    change: float = field(repr=False)
     others: float
     others_distance: float
     noise: float
@@ -121,6 +114,27 @@ class TrackingReport(FrameReport):
     hole: float = field(repr=False)
     overlap: float = field(repr=False)
     lost: float = field(repr=False)
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrackingReport(MeshInScan, FrameReport):
+    """Statistics of one tracked frame.
+
+    `known` counts the observed vertices, `filled` the others of their components, `disconnected`
+    those of components without any, and `iterations` how often correspondences were found. With
+    training, `prior_weight` and `prior_share` are as in FrameReport, and with uncertainty,
+    `standard_error` is the root mean square of those of all vertices where it is finite. See also
+    MeshInScan and FrameReport.
+
+    Attributes:
+        quality: "good"; "doubtful" if `doubt` is more than 1, if less than 1 % of the vertices have
+            a point, or if a component is lost; "ruined" if `leap` is more than 1, which lasts until
+            the mesh is right again, `contradicted` more than 0.15, `explained` less than 0.3, or
+            `stretch` more than 0.3.
+        recovered: whether the template was lost and found again.
+    """
+
+    rejected: int = field(repr=False)
     recovered: bool
 
 
