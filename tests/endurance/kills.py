@@ -44,9 +44,7 @@ COMMANDS = {
     "register": "register template.npz points/frame_00002.ply {}/out.ply",
     "evaluate": "evaluate truth.npz truth.npz --csv {}/out.csv",
 }
-FOLDERS = {"ply", "obj, by a pattern", "scans"}
-"""Those whose output is a folder that is exchanged as a whole."""
-SEVERAL = {"npy", "pc2", "ply, among others"}
+SEVERAL = {"npy", "obj, by a pattern", "pc2", "ply", "ply, among others", "scans"}
 """Those with several files that are moved one by one."""
 
 Files = dict[str, bytes]
@@ -95,19 +93,14 @@ class Job:
         """Runs the command, which ends at a change; returns whether it did."""
         return run_in_fork(lambda: self._run(self._sources, lambda: end_at_change(at, how))) != 0
 
-    def check(self, how: How | None = None) -> str:
-        """Says what is there: the "older" output, "nothing", "a part", or the "whole" new one.
-
-        Nothing is there if a command is killed while it exchanges two folders.
-        """
+    def check(self) -> str:
+        """Says what is there: the "older" output, "nothing", "a part", or the "whole" new one."""
         found, older, whole = visible(self._work), self.older, self.whole
         if found == whole:
             return "whole"
         if found == older:
             return "older"
-        if self.kind in FOLDERS and how == "killed":
-            is_right = set(found.items()) <= older.items() & whole.items()
-        elif self.kind in SEVERAL:
+        if self.kind in SEVERAL:
             is_right = found.items() <= older.items() or found.items() <= whole.items()
         else:
             names = found.keys() | older.keys() | whole.keys()
@@ -235,7 +228,7 @@ def main() -> None:
             try:
                 job.begin()
                 if job.end(how, at):
-                    job.check(how)
+                    job.check()
                     ended += 1
                 job.finish()
             except ValueError as error:

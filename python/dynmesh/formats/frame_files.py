@@ -15,7 +15,6 @@ from ..polygons import Polygons, as_polygons, split_polygons
 from ..stored import FileFrames, Indices
 from .format import HOLDS_FACES, OTHER_MESHES, Gaps, Template, find_template
 from .names import find_files, names_to_write, numbers_in
-from .output import destination_of
 from .text import Metadata
 from .times import numbers_of_files, timing_of
 
@@ -133,9 +132,6 @@ def write_frames(
     if header.n_frames > 1 and not names.numbered:
         pattern = numbers_in([Path(path.name)])[1] or f"{path.stem}_%04d{path.suffix}"
         raise InputError(f"one file holds one frame, not {header.n_frames}: write {pattern}")
-    folder = destination_of(path).parent
-    if folder.exists() and not folder.is_dir():
-        raise InputError(f"{folder} exists and is not a folder")
     if len(header.faces) == 0:
         raise InputError("the sequence has no faces, which the first file needs")
     for number, frame in zip(numbers, frames, strict=True):

@@ -2,7 +2,8 @@
 
 It is made in a hidden folder beside it, which one process holds locked. Whatever ends a run, the
 older output is whole until the new one takes its place, and nothing else is left but the hidden
-folder. The next run to the same output removes it.
+folder. The next run to the same output removes it. Of several files, what is there while they are
+moved is a beginning of the new or of the older ones, and never a mixture.
 """
 
 import errno
@@ -23,9 +24,6 @@ NO_LOCKS = {errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP, errno.ENOTSUP}
 _MOST_ATTEMPTS = 1000
 """Of locking a folder that other processes keep removing."""
 
-_INSIDE = "scans"
-"""The name of an output in a folder that cannot be exchanged."""
-
 
 def unfinished_folder(output: Path) -> Path:
     """Returns the folder in which an output is made."""
@@ -34,17 +32,14 @@ def unfinished_folder(output: Path) -> Path:
 
 def destination_of(path: Path) -> Path:
     """Where a file belongs that is made in the folder that :func:`making` yields."""
-    hidden = path.parent.parent
-    output = hidden.with_name(hidden.name.removeprefix(".").removesuffix(".unfinished"))
-    return output / path.name if path.parent.name == "all" else output.with_name(path.name)
+    return path.parent.parent.with_name(path.name)
 
 
 @contextmanager
-def making(output: Path, *, is_folder: bool = False) -> Iterator[Path]:
+def making(output: Path) -> Iterator[Path]:
     """Yields an empty hidden folder, in which this process alone makes an output.
 
-    Folders above it are created, too, and removed at the end if they stay empty. An output that
-    `is_folder` takes the place of that folder as a whole.
+    Folders above it are created, too, and removed at the end if they stay empty.
     """
     from filelock import BaseFileLock, FileLock, SoftFileLock, Timeout  # takes a while
 
@@ -70,13 +65,13 @@ def making(output: Path, *, is_folder: bool = False) -> Iterator[Path]:
             warn(f"{output}: its disk has no locks ({error.strerror}); a lock file stands in")
             lock = SoftFileLock(hidden / "lock_file", **how)
     try:
-        _clear(hidden, output)
-        folder = hidden / ("all" if is_folder else "new")
+        _clear(hidden)
+        folder = hidden / "new"
         folder.mkdir()
         yield folder
     finally:
         with suppress(OSError):
-            _clear(hidden, output)
+            _clear(hidden)
         with suppress(OSError):  # Windows keeps a file that is open
             (hidden / "lock").unlink()
         lock.release()
@@ -95,29 +90,13 @@ def _make_folder(hidden: Path) -> None:
             raise NotADirectoryError(f"{hidden}: is not a folder; remove it") from None
 
 
-def _clear(hidden: Path, output: Path) -> None:
-    """Removes what is unfinished, and puts an older output back that nothing has replaced yet."""
-    if (hidden / "old").exists() and not output.exists():
-        (hidden / "old").rename(output)
-    for name in ("new", "all", "old", "aside"):
+def _clear(hidden: Path) -> None:
+    """Removes what is unfinished."""
+    for name in ("new", "aside"):
         shutil.rmtree(hidden / name, ignore_errors=True)
 
 
-def exchange(made: Path, output: Path) -> None:
-    """Puts the folder that :func:`making` has yielded in the place of an output that is a folder.
-
-    A process that is killed in between leaves the older one in the hidden folder, from where the
-    next run puts it back.
-    """
-    if output.exists():
-        for path in (made, *made.iterdir()):
-            with suppress(FileNotFoundError):
-                shutil.copymode(output / path.relative_to(made), path)
-        output.rename(made.with_name("old"))
-    made.rename(output)
-
-
-def move(places: Mapping[Path, Path], outdated: Iterable[Path], aside: Path) -> None:
+def move(places: Mapping[Path, Path], outdated: Iterable[Path]) -> None:
     """Moves files to their places, where they get the modes of those that they replace.
 
     Of one file, this is atomic. If there are several, those that they replace and those that are
@@ -126,6 +105,7 @@ def move(places: Mapping[Path, Path], outdated: Iterable[Path], aside: Path) -> 
     new, older = [*places.values()], [*outdated]
     if older or len(new) > 1:
         older = [*reversed(new), *older]
+    aside = next(iter(places)).parent.with_name("aside")
     aside.mkdir()
     moved: list[tuple[Path, Path]] = []
     try:
@@ -137,7 +117,6 @@ def move(places: Mapping[Path, Path], outdated: Iterable[Path], aside: Path) -> 
                 moved.append((file, aside / f"{number}"))
                 file.replace(moved[-1][1])
         for file, place in places.items():
-            place.parent.mkdir(exist_ok=True)
             moved.append((file, place))
             file.replace(place)
     except BaseException:
@@ -145,15 +124,6 @@ def move(places: Mapping[Path, Path], outdated: Iterable[Path], aside: Path) -> 
             if not file.exists():  # else it is the one that could not be moved
                 place.replace(file)
         raise
-
-
-def is_fixed_folder(folder: Path) -> bool:
-    """Whether a folder exists that cannot be exchanged, or in which one may stand."""
-    return folder.exists() and (
-        folder.is_mount()
-        or not os.access(folder.parent, os.W_OK)
-        or Path.cwd().is_relative_to(folder)
-    )
 
 
 def seen_from(folder: Path, file: Path) -> str:
@@ -171,11 +141,6 @@ def check_folder(path: Path) -> None:
         raise NotADirectoryError(errno.ENOTDIR, f"{above} is not a folder", str(path))
 
 
-def exists_already(path: Path) -> FileExistsError:
-    """The error for a file that stays unless `overwrite` is set."""
-    return FileExistsError(f"{path}: exists already; `overwrite` replaces it")
-
-
 def refuse_existing(path: Path, overwrite: bool) -> None:
     """Refuses a path at which a file may not be made."""
     if not os.path.lexists(path):
@@ -186,7 +151,7 @@ def refuse_existing(path: Path, overwrite: bool) -> None:
     if not stat.S_ISREG(mode):
         raise FileExistsError(f"{path}: is no file but a folder, a device or a pipe")
     if not overwrite:
-        raise exists_already(path)
+        raise FileExistsError(f"{path}: exists already; `overwrite` replaces it")
     if not mode & 0o222:
         raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(path))
 
@@ -223,7 +188,7 @@ def new_output(
     with blaming(path, path), making(path) as folder:
         yield folder / path.name
         check_output(path, overwrite, *suffixes)  # another process may have written it
-        move({folder / path.name: path}, [], folder.with_name("aside"))
+        move({folder / path.name: path}, [])
 
 
 @contextmanager
@@ -232,30 +197,24 @@ def new_folder(path: Path, overwrite: bool, is_ours: Callable[[Path], bool]) -> 
 
     That is new, empty or, with `overwrite`, holds nothing but files that are ours.
     """
+    inside = path / "scans"
 
     def check() -> None:
         check_folder(path)
         if os.path.lexists(path) and not path.is_dir():
             raise FileExistsError(f"{path}: exists already")
-        older = [file for file in path.glob("*") if file != unfinished_folder(path / _INSIDE)]
+        older = [file for file in path.glob("*") if file != unfinished_folder(inside)]
         for file in sorted(older, key=is_ours):
             if not is_ours(file):
                 raise FileExistsError(f"{file}: exists already, and would not be replaced")
             refuse_existing(file, overwrite)
 
     check()
-    real = Path(os.path.realpath(path))
-    is_fixed = is_fixed_folder(real)
-    with blaming(path, real), making(real / _INSIDE if is_fixed else real) as hidden:
-        check()  # those that a killed process had put aside are back
+    with blaming(path, inside), making(inside) as hidden:
         yield hidden
         check()  # another process may have written it
-        if is_fixed:
-            places = {file: real / file.name for file in sorted(hidden.iterdir())}
-            outdated = {*filter(is_ours, real.glob("*"))} - {*places.values()}
-            move(places, outdated, hidden.with_name("aside"))
-        else:
-            exchange(hidden, real)
+        places = {file: path / file.name for file in sorted(hidden.iterdir())}
+        move(places, {*filter(is_ours, path.glob("*"))} - {*places.values()})
 
 
 @contextmanager

@@ -4,8 +4,7 @@ Until then, everything is in a hidden folder beside it, in which no other proces
 exception, or if frames are missing, the file does not appear.
 """
 
-import os
-from collections.abc import Generator, Iterable, Iterator, Sequence
+from collections.abc import Generator, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -28,9 +27,7 @@ from .output import (
     bytes_of,
     check_folder,
     check_space,
-    exchange,
     identity,
-    is_fixed_folder,
     making,
     move,
     refuse_existing,
@@ -43,10 +40,7 @@ class Place:
     """Where frames are written.
 
     Attributes:
-        made: what is made: the path, or the folder of one file per frame that is exchanged as a
-            whole.
-        is_folder: whether it is a folder.
-        name: of the file in the folder where it is made, or the pattern of the names.
+        made: the path, or the pattern of the files of the frames.
     """
 
     def __init__(
@@ -57,24 +51,10 @@ class Place:
         In a folder, they have the names that are `kept`, one for each frame, if there are any.
         """
         self._path, self._header, self._format = path, header, format
-        self._overwrite = overwrite
-        self._names = None
+        self._overwrite, self._names, self.made = overwrite, None, path
         if format.is_per_frame:
             self._names = names_to_write(path, format.suffixes[0], kept)
-        self.made = self._made()
-        folder = None if self._names is None else Path(os.path.realpath(self._names.folder))
-        self.is_folder = self.made == folder
-        self.name = path.name if self._names is None else self._names.pattern
-
-    def _made(self) -> Path:
-        """The real folder of the frames, if renaming it is possible and moves nobody else's work.
-
-        Nothing that is in the folder matters here, so that all runs look for the same lock.
-        """
-        if self._names is None or not self._names.numbered:
-            return self._path
-        folder = Path(os.path.realpath(self._names.folder))
-        return folder / self._names.pattern if is_fixed_folder(folder) else folder
+            self.made = self._names.folder / self._names.pattern
 
     def existing(self) -> list[Path]:
         """The files that exist of those that may be replaced or removed."""
@@ -90,12 +70,12 @@ class Place:
         for file in [*self.existing(), *([] if numbered else [self._path])]:
             refuse_existing(file, self._overwrite)
 
-    def check(self, frames: Frames, others: Iterable[Path] = ()) -> None:
+    def check(self, frames: Frames) -> None:
         """Refuses to replace files from which frames are read, or, unless asked to, any."""
         check_folder(self._path)
         self._check_not_among(frames)
         if existing := self.existing():
-            refuse_inputs(existing, [*frames.files, *others])
+            refuse_inputs(existing, frames.files)
         self.refuse_existing()
 
     def _check_not_among(self, frames: Frames) -> None:
@@ -116,25 +96,16 @@ class Place:
             )
 
     def fill(self, folder: Path) -> list[str]:
-        """Moves the files of a folder where they belong; says which older files it removed.
-
-        The files that exist before the last one is moved are a beginning of the new or of the older
-        sequence, and never a mixture. A folder of one file per frame is exchanged as a whole,
-        unless it holds other files.
-        """
-        beside = self._path.parent if self._names is None else self._names.folder
+        """Moves the files of a folder where they belong; says which older files it removed."""
         new = sorted(folder.iterdir(), key=self._order)
         if self._names is not None and self._names.kept:
             pairs = zip(new, self._names.kept, strict=True)
             new = [file.rename(folder / name) for file, name in pairs]
-        places = {file: beside / file.name for file in new}
+        places = {file: self.made.with_name(file.name) for file in new}
         for place in places.values():
             refuse_existing(place, self._overwrite)
         outdated = [file for file in self.existing() if file not in places.values()]
-        if self.is_folder and self._holds_frames_alone():
-            exchange(folder, self.made)
-        else:
-            move(places, outdated, folder.with_name("aside"))
+        move(places, outdated)
         if not outdated:
             return []
         names = some_of([file.name for file in outdated], 3)
@@ -143,17 +114,7 @@ class Place:
     def _order(self, file: Path) -> tuple[float, bool]:
         """Sorts the frames by number, and last the file with the name that was given."""
         number = None if self._names is None else self._names.number(file.name)
-        return (0 if number is None else number, file.name == self.name)
-
-    def _holds_frames_alone(self) -> bool:
-        """Whether nothing else is in the folder that is made anew."""
-        assert self._names is not None
-        others = self.made.iterdir() if self.made.is_dir() else ()
-        kept = self._names.kept
-        return all(
-            file.name in kept if kept else self._names.number(file.name) is not None
-            for file in others
-        )
+        return (0 if number is None else number, file.name == self.made.name)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -231,12 +192,11 @@ def write(
     with (
         naming(output),
         blaming(output, place.made),
-        making(place.made, is_folder=place.is_folder) as folder,
+        making(place.made) as folder,
     ):
         check_space(folder, bytes_of(header))
-        place.refuse_existing()  # those that a killed process had put aside are back
         with _Prepared(frames, header, chosen, output, provenance) as prepared:
-            remarks = save(folder / place.name, header, prepared)
+            remarks = save(folder / place.made.name, header, prepared)
             if remarks is None:
                 remarks = not_written(frames, _texture(chosen, frames))
             for _ in () if prepared.each and save is chosen.overlay else prepared:
