@@ -15,8 +15,8 @@ import numpy as np
 
 import dynmesh
 from dynmesh._arrays import Mask
-from dynmesh.geometry import mean_edge_of
 from dynmesh.metrics import vertex_error
+from dynmesh.topology import mean_edge_of
 
 from .harness import Line, Table, progress, sequences
 from .subjects import Subject, losses_of

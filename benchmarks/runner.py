@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from dynmesh import metrics
 from dynmesh._arrays import Mask, Positions
-from dynmesh.geometry import mean_edge_of
 from dynmesh.scans import Scan
+from dynmesh.topology import mean_edge_of
 
 from .harness import progress
 from .methods import Method

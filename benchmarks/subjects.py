@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 import dynmesh
 from dynmesh import losses, metrics, synth
 from dynmesh._arrays import Mask, Positions
-from dynmesh.geometry import likely_up
+from dynmesh.topology import likely_up
 
 PAPER_SHARES = (0.1, 0.3, 0.5, 0.7)
 """The shares of known vertices in the figures of the paper."""

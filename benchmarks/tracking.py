@@ -21,8 +21,8 @@ from scipy.spatial import cKDTree
 
 from dynmesh import Tracker, losses
 from dynmesh._arrays import Floats, Positions
-from dynmesh.geometry import vertex_normals
 from dynmesh.scans import PointScan
+from dynmesh.topology import vertex_normals
 from dynmesh.tracker import Resolution
 from dynmesh.tracking.placing import push_scan
 

@@ -19,7 +19,7 @@ from scipy.sparse.linalg import splu, spsolve
 from scipy.spatial.transform import Rotation
 
 import dynmesh
-from dynmesh.geometry import mean_edge_of
+from dynmesh.topology import mean_edge_of
 
 from ..style import new_figure, save
 

@@ -14,7 +14,7 @@ import dynmesh
 from dynmesh._arrays import Mask, Positions
 from dynmesh.draw import figures
 from dynmesh.draw.figures import View
-from dynmesh.geometry import vertex_normals
+from dynmesh.topology import vertex_normals
 
 from .. import tracking
 from ..harness import nmsve_cell, progress

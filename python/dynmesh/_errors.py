@@ -1,10 +1,12 @@
-"""Errors that know which argument, value, frame and file they are about."""
+"""Errors that know which argument, value, frame and file they are about; missing libraries."""
 
 import contextlib
 import errno
 import os
 from collections.abc import Callable, Iterator
+from importlib import import_module
 from pathlib import Path
+from types import ModuleType
 
 
 class DynmeshError(Exception):
@@ -156,3 +158,23 @@ def naming(path: Path) -> Iterator[None]:
         if error.filename is not None or error.errno is None:
             raise
         raise OSError(error.errno, error.strerror, str(path)) from error
+
+
+class MissingLibraryError(ImportError):
+    """An optional library is not installed."""
+
+
+def require_all(*modules: str, extra: str) -> None:
+    """Imports modules early, so that a missing one is reported before any work begins."""
+    for module in modules:
+        require(module, extra=extra)
+
+
+def require(module: str, *, extra: str) -> ModuleType:
+    """Imports `module`, or raises an error that names the extra which installs it."""
+    try:
+        return import_module(module)
+    except ImportError as error:
+        package = module.partition(".")[0]
+        message = f"this needs {package}: pip install 'dynmesh[{extra}]'"
+        raise MissingLibraryError(message) from error

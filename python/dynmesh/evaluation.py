@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from . import metrics
 from ._checks import path_of
 from ._errors import InputError, locating
-from ._progress import tracked
-from ._report import Report, counted, write_csv
+from ._report import Report, counted, tracked, write_csv
 from .formats import PathLike
 from .formats.comparison import check_comparable, check_same_size
 from .formats.times import indices_of

@@ -14,9 +14,8 @@ from numpy.typing import DTypeLike, NDArray
 
 from ._errors import InputError, KindError, naming
 from ._report import DoubtfulWarning, Report, warn
-from .frame import Frame, Frames, checked, summary
+from .frame import Frame, Frames, Indices, Stored, checked, summary
 from .header import ATTRIBUTES, Header, Origin
-from .stored import Indices, Stored
 
 R = TypeVar("R", bound=Report)
 

@@ -15,9 +15,18 @@ from numpy.typing import DTypeLike, NDArray
 
 from ._arrays import Integers, Mask, as_mask
 from ._checks import as_array, check_array
-from ._errors import InputError, KindError
-from ._extras import require
-from .frame import Frame, Frames, VertexAttributes, as_array_of, checked, rate, summary
+from ._errors import InputError, KindError, require
+from .frame import (
+    Frame,
+    Frames,
+    Indices,
+    Stored,
+    VertexAttributes,
+    as_array_of,
+    checked,
+    rate,
+    summary,
+)
 from .header import (
     ATTRIBUTES,
     Description,
@@ -31,7 +40,6 @@ from .header import (
 )
 from .polygons import Mesh, as_polygons, mesh_arrays, split_faces
 from .run import R, Run
-from .stored import Indices, Stored
 
 __all__ = ["InMemory", "Sequence", "read"]
 

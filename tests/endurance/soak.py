@@ -19,7 +19,7 @@ import numpy as np
 
 import dynmesh
 from dynmesh import losses
-from dynmesh.geometry import mean_edge_of
+from dynmesh.topology import mean_edge_of
 
 MOST_GROWTH = 0.02  # of the memory, plus
 MOST_GROWTH_MB = 2.0

@@ -11,15 +11,13 @@ from numpy.typing import NDArray
 from .. import formats
 from .._arrays import Mask, Positions
 from .._errors import InputError
-from .._progress import tracked
-from .._report import as_json, counted, percent, runs_of
+from .._report import as_json, counted, percent, runs_of, tracked
 from ..completer import Completer
 from ..completion.watched import Held, Places, edges_of, medians_at, parts_of
 from ..frame import LARGEST, Frame, Frames
-from ..geometry import likely_up
 from ..header import Header
 from ..metrics import bounding_box_diagonal
-from ..topology import TopologyReport
+from ..topology import TopologyReport, likely_up
 from .finding import KINDS, Finding, Severity, found
 
 _RECENT = 3  # frames; vertices last seen earlier do not count for the motion

@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from .. import _core
 from .._arrays import Positions
-from ..geometry import size_of
 from ..registration import Landmarks
 from ..scan import Scan, inside_out
+from ..topology import size_of
 from ..tracking.background import Background, planes_around
 from ..tracking.units import Units
 

@@ -13,10 +13,9 @@ from cyclopts import App
 
 from .._core import __version__
 from .._report import Report
-from .command import Command
+from .command import SHARED, Command, options_of
+from .command import shared as shared_options
 from .failure import drop, printing, spelt, tell
-from .options import SHARED, options_of
-from .options import shared as shared_options
 
 VERBS = {
     "info": "verbs.info:info",

@@ -13,8 +13,7 @@ from cyclopts import CycloptsError
 from rich.console import Console
 from rich.markup import escape
 
-from .._errors import DynmeshError, in_one_line
-from .._extras import MissingLibraryError
+from .._errors import DynmeshError, MissingLibraryError, in_one_line
 from .command import Command, refusal
 
 EXPECTED = (CycloptsError, DynmeshError, MissingLibraryError, OSError, MemoryError)

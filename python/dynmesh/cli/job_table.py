@@ -19,8 +19,7 @@ from ..formats.names import FrameNames
 from ..verbs.complete import complete
 from ..verbs.register import registered
 from ..verbs.track import track
-from .command import Command, arguments_of, bound
-from .options import SHARED
+from .command import SHARED, Command, arguments_of, bound
 
 VERBS = {"input": Command(complete), "scans": Command(track), "scan": Command(registered)}
 """By the column that says what a row is for."""

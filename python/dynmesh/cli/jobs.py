@@ -14,11 +14,9 @@ from typing import Any, Literal, TypeAlias
 
 from .._checks import check_integer, path_of
 from .._core import __version__
-from .._errors import InputError, in_one_line
-from .._extras import require
+from .._errors import InputError, in_one_line, require
 from .._options import Method, Output
-from .._progress import tracked
-from .._report import Quality, Report, aligned, counted, listed, write_csv
+from .._report import Quality, Report, aligned, counted, listed, tracked, write_csv
 from ..formats import PathLike
 from .failure import EXPECTED
 from .job_table import VERBS, Job, exists, in_order, read_jobs

@@ -15,8 +15,7 @@ from .. import _core
 from .._arrays import Mask
 from .._checks import check_positive
 from .._errors import SettingError, locating
-from .._progress import tracked
-from .._report import Quality, few_frames
+from .._report import Quality, few_frames, tracked
 from ..completer import Completer, FrameReport, Settings
 from ..frame import Frame, Frames
 from ..header import Header

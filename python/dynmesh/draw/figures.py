@@ -15,11 +15,9 @@ from numpy.typing import NDArray
 
 from .._arrays import Mask, Positions
 from .._checks import check_choice, check_complete
-from .._errors import InputError
-from .._extras import require
-from ..geometry import unit
+from .._errors import InputError, require
 from ..header import Axis
-from ..topology import cells
+from ..topology import cells, unit
 
 Image = NDArray[np.uint8]
 

@@ -8,12 +8,11 @@ from typing import Any
 import numpy as np
 
 from .._arrays import Positions
-from .._errors import InputError
-from .._extras import require, require_all
-from .._progress import tracked
+from .._errors import InputError, require, require_all
+from .._report import tracked
 from ..formats.times import called
 from ..frame import Frames, frame_at
-from ..geometry import assumed, likely_up
+from ..topology import assumed, likely_up
 from . import figures
 from .figures import SURFACE_COLOUR, Image, View
 from .heatmap import Heatmap, ShownFrame, stated_up, whole_faces

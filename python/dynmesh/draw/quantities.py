@@ -9,13 +9,12 @@ from typing import Literal, NamedTuple, TypeAlias
 import numpy as np
 
 from .._arrays import Positions
-from .._errors import InputError, locating
-from .._extras import require
+from .._errors import InputError, locating, require
 from ..frame import FUSED, Frame, Frames, check_whole, frame_at
-from ..geometry import mean_edge_of
 from ..losses.losses import round_up
 from ..metrics import bounding_box_diagonal
 from ..scans import ScanReader
+from ..topology import mean_edge_of
 from .figures import HEATMAP_RANGE, KNOWN_COLOUR, MISSING_COLOUR
 from .scales import Scale, Values, count_scale, measure_scale, step_scale
 

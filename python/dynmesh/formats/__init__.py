@@ -14,11 +14,10 @@ from numpy.typing import NDArray
 
 from .._checks import check_choice, check_finite, path_of
 from .._errors import InputError, naming
-from ..frame import Frames, check_any
+from ..frame import Frames, Stored, check_any
 from ..polygons import Faces, split_faces
 from ..run import Kept, Run
 from ..sequence import InMemory, Sequence, as_sequence
-from ..stored import Stored
 from .format import Format, Gaps, NoFacesError, Template, template_of
 from .masks import MaskedFrames
 from .table import (

@@ -15,23 +15,22 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._errors import InputError, of_library
-from .._extras import require
-from ..frame import Frame, Frames
+from .._errors import InputError, of_library, require
+from ..frame import FileFrames, Frame, Frames, Indices
 from ..header import ATTRIBUTES, TEXTURE, Header, Origin, with_all_needed
 from ..polygons import Polygons, as_polygons, reversal, split_polygons, turned
-from ..stored import FileFrames, Indices
 from .format import (
     OTHER_MESHES,
     STATED,
     Format,
     check_same_faces,
     choose_mesh,
+    extent_of,
     not_read,
     not_written,
+    of_points,
 )
 from .output import bytes_of
-from .own_space import extent_of, of_points
 from .text import comments_of, metadata_in
 from .times import Timing, broadcast, frame_number, spacing, uneven
 

@@ -7,9 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from .._errors import InputError, locating, of_library
-from ..frame import Frame, Frames, check_frame
+from ..frame import FileFrames, Frame, Frames, Indices, Stored, check_frame
 from ..header import Header
-from ..stored import FileFrames, Indices, Stored
 from .format import Format, Write
 from .names import FrameNames
 

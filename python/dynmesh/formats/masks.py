@@ -12,9 +12,8 @@ from numpy.typing import NDArray
 from .._arrays import Mask, mask_in_file
 from .._checks import as_array, path_of
 from .._errors import InputError, locating, naming, of_library
-from ..frame import Frame
+from ..frame import FileFrames, Frame, Indices, Stored
 from ..header import ATTRIBUTES, Header
-from ..stored import FileFrames, Indices, Stored
 from .npz import arrays_in
 from .rows import read_header
 from .text import lines_in, number_of, words_in

@@ -23,10 +23,9 @@ from numpy.typing import NDArray
 
 from .._errors import InputError, of_library
 from .._report import listed
-from ..frame import Frame
+from ..frame import Frame, Indices
 from ..header import ATTRIBUTES, Header, check_vertices, with_all_needed
 from ..polygons import as_polygons, split_faces
-from ..stored import Indices
 from .format import ARRAYS, STATED, Format
 from .frame_files import IN_FILES, FilePerFrame, Loaded
 from .rows import (

@@ -19,10 +19,9 @@ from numpy.typing import NDArray
 
 from .._checks import native
 from .._errors import InputError, of_library
-from ..frame import Frame
+from ..frame import FileFrames, Frame, Indices
 from ..header import ATTRIBUTES, Header, check_faces, check_needed, check_vertices
 from ..polygons import Polygons
-from ..stored import FileFrames, Indices
 
 per_frame = ("vertices", *ATTRIBUTES)
 single = ("fps", "up_axis", "name", "start", "metres_per_unit", "standard_error_of")

@@ -9,8 +9,7 @@ from pathlib import Path
 from typing import TypeAlias
 
 from .._checks import path_of
-from .._errors import InputError, KindError, naming
-from .._extras import require
+from .._errors import InputError, KindError, naming, require
 from .._report import listed, warn
 from ..frame import Frames
 from .alembic import alembic

@@ -15,12 +15,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._errors import InputError, of_library
-from .._extras import require
-from ..frame import Frame
+from .._errors import InputError, of_library, require
+from ..frame import FileFrames, Frame, Indices
 from ..header import Header, Origin
 from ..polygons import Polygons, split_polygons
-from ..stored import FileFrames, Indices
 from .format import Format
 
 _OF_LOOKS = ("KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_lights_", "KHR_xmp")

@@ -11,10 +11,9 @@ from .. import _arrays
 from .._arrays import Floats, Integers, Mask, Positions
 from .._checks import check_array, check_between, check_integer, check_not_negative, check_positive
 from .._errors import InputError, KindError, locating
-from ..geometry import mean_edge_of
 from ..header import check_faces
 from ..polygons import Faces, split_faces
-from ..topology import cells
+from ..topology import cells, mean_edge_of
 from .visibility import Camera, visible
 
 

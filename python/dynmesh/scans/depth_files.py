@@ -9,8 +9,7 @@ from typing import Any, BinaryIO, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .._errors import InputError, naming, of_library
-from .._extras import require
+from .._errors import InputError, naming, of_library, require
 from .cameras import ScanCamera
 
 SUFFIXES = (".png", ".tif", ".tiff", ".exr", ".npy")

@@ -15,8 +15,8 @@ from .._arrays import Floats, Mask, Positions
 from .._checks import check_flags, check_not_negative
 from .._errors import InputError, locating
 from ..frame import Frame, Frames
-from ..geometry import mean_edge_of
 from ..scans import DepthScan, PointScan, Scan, ScanReader
+from ..topology import mean_edge_of
 
 _TRIALS = 1000
 _EXAMINED = 2000

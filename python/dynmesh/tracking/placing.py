@@ -18,10 +18,10 @@ from ..advice.fit import contents, sizes
 from ..alignment import Alignment, find_alignment
 from ..completion.start import template_of
 from ..frame import Frames
-from ..geometry import size_of
 from ..registration import Landmarks, Registration, register
 from ..scan import inside_out
 from ..scans import Scan, ScanReader
+from ..topology import size_of
 from ..tracker import Tracker, TrackingReport
 from .background import Background
 from .units import Units

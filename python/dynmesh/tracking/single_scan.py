@@ -11,13 +11,13 @@ from .._errors import InputError
 from .._report import listed
 from ..completion.start import template_of
 from ..formats.ply import read_elements
-from ..geometry import vertex_normals
 from ..scans import PointScan, ScanReader, open_scans, read_points
 from ..scans.cameras import Rig
 from ..scans.depth_files import SUFFIXES
 from ..scans.pixels import Wanted
 from ..scans.point_files import point_formats
 from ..scans.reader import ScanSource, read_rig
+from ..topology import vertex_normals
 
 
 class SingleScan(ScanReader):

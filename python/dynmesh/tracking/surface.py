@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._arrays import Floats, Positions
-from ..geometry import mean_edge_of, size_of, vertex_normals
 from ..scans import DepthScan
+from ..topology import mean_edge_of, size_of, vertex_normals
 from .background import without_planes
 
 _EXAMINED = 10000

@@ -16,8 +16,15 @@ from .._report import Report, counted, percent
 from ..completer import Completer
 from ..completion.meshes import CompletedMeshes
 from ..completion.passes import SequenceSettings, Tally, completed_frames, verdict, with_implied
-from ..completion.start import Start, StartFrame, check_start, open_with_template, start_in
-from ..completion.training import Training, TrainingFrames
+from ..completion.start import (
+    Start,
+    StartFrame,
+    Training,
+    TrainingFrames,
+    check_start,
+    open_with_template,
+    start_in,
+)
 from ..formats import OneSequence
 from ..formats.times import index_of
 from ..formats.usd_stage import UsdMeshes

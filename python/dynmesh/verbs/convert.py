@@ -15,8 +15,7 @@ from .. import formats
 from .._checks import path_of
 from .._errors import InputError, naming, numbering
 from .._options import Input, Method
-from .._progress import tracked
-from .._report import Report
+from .._report import Report, tracked
 from ..formats import OneSequence, Written
 from ..formats.conversion import Changes, Unit
 from ..formats.format import Gaps

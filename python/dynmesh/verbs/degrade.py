@@ -12,21 +12,20 @@ from .. import formats
 from .._checks import check_between, check_choice, check_integer, check_not_negative
 from .._errors import InputError, numbering
 from .._options import Input, Method
-from .._progress import tracked
-from .._report import OutputReport, Report, counted
+from .._report import OutputReport, Report, counted, tracked
 from ..formats import OneSequence
 from ..formats.names import FrameNames
 from ..formats.output import refuse_inputs
 from ..formats.times import numbers_of_files
 from ..frame import Frame, Frames, frame_at
-from ..geometry import likely_up, mean_edge_of
 from ..header import Axis
-from ..losses.recordings import Vector, degraded_frames, scanned
+from ..losses.scans import Vector, degraded_frames, scanned
 from ..polygons import Faces
 from ..run import Run
 from ..scans import ScanRun, scan_folder
 from ..scans.depth_files import require_pillow
 from ..sequence import result_of
+from ..topology import likely_up, mean_edge_of
 
 Share: TypeAlias = float | str
 """A number between 0 and 1, or a percentage such as "30%"."""

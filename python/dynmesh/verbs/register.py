@@ -13,21 +13,20 @@ from .._arrays import Positions
 from .._checks import check_integer, path_of
 from .._errors import InputError
 from .._options import Input, Method
-from .._progress import steps
-from .._report import Report, as_json
+from .._report import Report, as_json, steps
 from ..advice.fit import contents, misplaced, sizes
 from ..completion.start import template_of
 from ..draw.page import Page
 from ..draw.page import page as scan_page
 from ..formats import OneSequence, PathLike
 from ..frame import Frame, Frames
-from ..geometry import size_of
 from ..polygons import Faces, Mesh
 from ..registration import Landmarks, Registration
 from ..run import Run
 from ..scan import PointScan, Scan
 from ..scans import ScanReader, ScanSource
 from ..sequence import Sequence
+from ..topology import size_of
 from ..tracking.background import Background, Crop
 from ..tracking.landmarks import read_landmarks
 from ..tracking.single_scan import open_single

@@ -14,8 +14,7 @@ from .._arrays import Positions
 from .._checks import path_of
 from .._errors import InputError
 from .._options import Input
-from .._progress import steps
-from .._report import Report
+from .._report import Report, steps
 from ..advice.cameras import READINGS, Fit, fit_of
 from ..advice.rig_page import rig_page
 from ..completion.start import template_of

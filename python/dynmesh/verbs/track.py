@@ -12,22 +12,21 @@ from .. import formats
 from .._checks import check_flags, check_integer, check_resolution, path_of
 from .._errors import locating
 from .._options import Input, Method
-from .._progress import steps, tracked
-from .._report import Report, counted, write_csv
+from .._report import Report, counted, steps, tracked, write_csv
 from ..advice.fit import command
 from ..alignment import Alignment
-from ..completion.training import Training, TrainingFrames
+from ..completion.start import Training, TrainingFrames
 from ..formats import OneSequence, PathLike
 from ..formats.names import Number
 from ..formats.times import timing_of
 from ..frame import Frame
-from ..geometry import mean_edge_of
 from ..registration import Registration
 from ..run import Run
 from ..scans import ScanReader, ScanSource, open_scans
 from ..scans.reader import DepthReader
 from ..scans.writer import InMemory as ScansInMemory
 from ..scans.writer import in_files
+from ..topology import mean_edge_of
 from ..tracker import Resolution, Tracker
 from ..tracking.background import Background, Crop
 from ..tracking.landmarks import read_landmarks

@@ -15,7 +15,7 @@ from .. import _arrays
 from .._arrays import Mask, Positions
 from .._checks import check_flags, check_integer, check_number
 from .._errors import DynmeshError, InputError, SettingError
-from .._progress import steps
+from .._report import steps
 from ..frame import Frames, check_any
 from ..polygons import Faces
 from ..sequence import Sequence

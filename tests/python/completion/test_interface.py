@@ -18,7 +18,7 @@ from meshes import Mesh, sheet, turned
 from streams import COPIES, pickled
 
 import dynmesh
-from dynmesh import _core, _progress
+from dynmesh import _core, _report
 from dynmesh._errors import InputError, KindError, SettingError, locating
 from dynmesh._report import Report
 
@@ -253,7 +253,7 @@ def test_a_bar_passes_all_on_and_is_shown_if_asked_for(
 ) -> None:
     monkeypatch.setenv("FORCE_COLOR", "1")
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
-    assert list(_progress.tracked(iter("abc"), 3, "spelling", progress)) == ["a", "b", "c"]
+    assert list(_report.tracked(iter("abc"), 3, "spelling", progress)) == ["a", "b", "c"]
     printed = capsys.readouterr()
     assert printed.out == ""
     assert ("spelling" in printed.err) == progress
@@ -262,8 +262,8 @@ def test_a_bar_passes_all_on_and_is_shown_if_asked_for(
 def test_where_there_is_no_terminal_lines_are_printed_also_during_a_long_step(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(_progress, "INTERVAL", 0.05)
-    made = _progress.tracked(iter("ab"), 2, "spelling", True)
+    monkeypatch.setattr(_report, "INTERVAL", 0.05)
+    made = _report.tracked(iter("ab"), 2, "spelling", True)
     assert next(made) == "a"
     told = ""
     while told.count("spelling, 0 of 2") < 2:

@@ -15,7 +15,7 @@ from sequences import sea
 from streams import expected_of
 
 import dynmesh
-from dynmesh.completion import training as training_module
+from dynmesh.completion import start as training_module
 from dynmesh.completion.passes import combined
 
 WHOLE_POSE = 4

@@ -15,7 +15,7 @@ from plain_files import FACE, POINTS, TRIANGLE, XYZ, ply
 from sequences import assert_refused, names, sea, sequence_of
 
 import dynmesh
-from dynmesh.cli.options import slice_of
+from dynmesh.cli.command import slice_of
 from dynmesh.formats.times import indices_of
 
 

@@ -12,7 +12,6 @@ from PIL import Image
 
 import dynmesh
 from dynmesh import Sequence, losses
-from dynmesh.geometry import mean_edge_of
 from dynmesh.losses.visibility import intrinsics_of, pose_of
 from dynmesh.scans import (
     DepthScan,
@@ -22,6 +21,7 @@ from dynmesh.scans import (
     ScanReader,
     scan_folder,
 )
+from dynmesh.topology import mean_edge_of
 
 
 def moving_body(n: int, shift: float = 0.01, scale: Any = 1) -> Sequence:

@@ -11,13 +11,13 @@ from scan_files import error, moving_body, room_around, scanned_in_a_room
 
 import dynmesh
 from dynmesh import losses
-from dynmesh.geometry import mean_edge_of
 from dynmesh.scans import (
     PointScan,
     open_scans,
     read_cameras,
     write_cameras,
 )
+from dynmesh.topology import mean_edge_of
 from dynmesh.tracking.background import (
     Background,
     ScansWithoutBackground,

@@ -11,10 +11,10 @@ from meshes import Array, Mesh, potato
 from tracking_reference import places
 
 from dynmesh import losses
-from dynmesh.geometry import mean_edge_of
 from dynmesh.losses import Camera
 from dynmesh.losses.visibility import depth_buffer, intrinsics_of, pose_of
 from dynmesh.scans import DepthScan, PointScan
+from dynmesh.topology import mean_edge_of
 
 NEAR_X = Camera((4.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 60.0)
 """A camera that looks along -x at the origin, with z up and y to the right."""

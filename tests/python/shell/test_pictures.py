@@ -21,8 +21,8 @@ from dynmesh.draw.heatmap import Heatmap, stated_up, whole_faces
 from dynmesh.draw.picture import contact_sheet, drawn, evenly_spaced
 from dynmesh.draw.quantities import QUANTITIES, Alone, Colour
 from dynmesh.draw.scales import count_scale, measure_scale
-from dynmesh.geometry import likely_up
 from dynmesh.scans import PointScan, open_scans, write_ply
+from dynmesh.topology import likely_up
 
 pytest.importorskip("pyvista", reason="pictures need pyvista: pip install 'dynmesh[view]'")
 images = pytest.importorskip("PIL.Image")

@@ -7,7 +7,7 @@ from scans_of_meshes import TORUS, scan_of
 from scipy.spatial.transform import Rotation
 
 import dynmesh
-from dynmesh.geometry import mean_edge_of
+from dynmesh.topology import mean_edge_of
 
 SCAN, _ = scan_of(TORUS, TORUS.vertices, 6000, np.random.default_rng(0))
 AWAY = np.array([30.0, -14, 52])

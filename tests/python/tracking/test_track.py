@@ -20,7 +20,6 @@ from scan_files import error, moving_body
 
 import dynmesh
 from dynmesh.draw.page import page
-from dynmesh.geometry import mean_edge_of
 from dynmesh.scans import (
     DepthScan,
     PointScan,
@@ -30,6 +29,7 @@ from dynmesh.scans import (
     read_cameras,
     write_ply,
 )
+from dynmesh.topology import mean_edge_of
 
 N_FRAMES = 6
 TRUTH = moving_body(N_FRAMES)

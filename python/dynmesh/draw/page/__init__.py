@@ -10,15 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..._checks import path_of
-from ..._errors import InputError, locating
-from ..._extras import require_all
-from ..._progress import tracked
-from ..._report import Report, some_of
+from ..._errors import InputError, locating, require_all
+from ..._report import Report, some_of, tracked
 from ...formats import PathLike
 from ...formats.times import are_clock_times, called, mean_rate
 from ...frame import Frames, frame_at
-from ...geometry import assumed, likely_up
 from ...scans import ScanReader, unit_of_scans
+from ...topology import assumed, likely_up
 from ..figures import View
 from ..heatmap import Heatmap, ShownFrame, stated_up
 from ..quantities import Colour, short_names

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..._extras import require
+from ..._errors import require
 
 
 def packed(values: NDArray[np.generic]) -> str:

@@ -5,8 +5,8 @@ import numpy as np
 from ..._arrays import Positions
 from ..._errors import InputError, locating
 from ...frame import Frames
-from ...geometry import likely_up
 from ...scans import ScanReader
+from ...topology import likely_up
 from ..figures import KNOWN_COLOUR, SURFACE_COLOUR, View
 from . import Page, Shown
 from .document import FIELD_OF_VIEW, Unit, document, new_plot, number_of, packed

@@ -6,8 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..._arrays import Positions
-from ..._errors import InputError
-from ..._extras import require
+from ..._errors import InputError, require
 
 
 def thin(
