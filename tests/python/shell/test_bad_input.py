@@ -3,15 +3,15 @@
 from pathlib import Path
 
 import pytest
-from bad_input import CASES, PREPARING, commands
+from bad_input import CASES, commands, files
 from bad_input.case import Case, Printed, World
 
 
 @pytest.fixture(scope="module")
 def world(tmp_path_factory: pytest.TempPathFactory) -> World:
     made = World(tmp_path_factory.mktemp("world"))
-    for module in PREPARING:
-        module.prepare(made)
+    files.prepare(made)
+    commands.prepare(made)
     return made
 
 

@@ -1,13 +1,6 @@
-"""All tested kinds of bad input.
+"""All tested kinds of bad input: `case.py` says what a case is, and runs one."""
 
-`case.py` says what a case is and runs one; the modules beside it hold the cases of one interface
-each.
-"""
-
-from . import commands, completer, files, functions, losses, scans, tracking, training
+from . import commands, files, memory
 from .case import Case
 
-MODULES = (completer, tracking, functions, losses, files, training, scans)
-CASES: list[Case] = [*(case for module in MODULES for case in module.cases), *commands.shell]
-PREPARING = (files, commands, training, scans)
-"""Those that write files, which later ones and all cases read."""
+CASES: list[Case] = [*memory.cases, *files.cases, *commands.shell]

@@ -25,11 +25,11 @@ class World:
         self.completer = self.make()
         self.completer.push(turned(mesh.vertices, 0.1), self.known)
         self.single = dynmesh.Completer(self.faces, self.vertices.astype(np.float32))
-        self.cameras = dynmesh.losses.orbit(self.vertices, 1)
+        self.tracker = dynmesh.Tracker(self.faces, self.vertices)
+        self.tracker.push(self.vertices, np.tile([0.0, 0, 1], (49, 1)))
         self.folder = folder
         vertices = np.stack([self.vertices, self.points, self.points])
         self.sequence = dynmesh.Sequence(vertices, self.faces, fps=30.0)
-        self.empty: Any = np.zeros((0, 3))
 
     def make(self, **settings: Any) -> dynmesh.Completer:
         """Creates a completer of this mesh."""
@@ -46,8 +46,7 @@ class World:
         arrays = (self.faces, self.vertices, self.points, self.known)
         files = {path: path.stat() for path in sorted(self.folder.rglob("*"))}
         return (
-            self.completer.state(),
-            self.single.state(),
+            [stream.state() for stream in (self.completer, self.single, self.tracker)],
             [array.tobytes() for array in arrays],
             [(str(path), stat.st_size, stat.st_mtime_ns) for path, stat in files.items()],
         )
@@ -68,15 +67,11 @@ class Case:
     call: str
     given: str
     run: Callable[[World], Any]
-    error: type[Exception]
+    error: type[Exception] | tuple[type[Exception], ...]
     names: tuple[str, ...]
 
     def answer(self, world: World) -> Exception:
-        """Runs the case in the folder of the world and returns its error.
-
-        Raises:
-            AssertionError: nothing.
-        """
+        """Runs the case in the folder of the world and returns its error."""
         with contextlib.chdir(world.folder):
             try:
                 result = self.run(world)
@@ -86,7 +81,16 @@ class Case:
 
 
 class Printed(Exception):  # noqa: N818 (no error of this project)
-    """The message of an error that is printed or returned instead of raised."""
+    """The message of an error that is printed instead of raised."""
+
+
+def of(call: str) -> Callable[..., Case]:
+    """Makes cases of one call."""
+
+    def case(given: str, run: Callable[[World], Any], error: type[Exception], *names: str) -> Case:
+        return Case(call, given, run, error, names)
+
+    return case
 
 
 @contextlib.contextmanager
@@ -100,22 +104,3 @@ def without_rights() -> Iterator[None]:
         yield
     finally:
         os.seteuid(0)
-
-
-def _others(faces: Any) -> dict[str, Any]:
-    """Faces that are not these; all but the last have the same edges."""
-    flipped = faces.copy()
-    flipped[3] = flipped[3, ::-1]
-    begun_elsewhere = faces.copy()
-    begun_elsewhere[3] = np.roll(faces[3], 1)
-    return {
-        "with a flipped one": flipped,
-        "all turned over": faces[:, ::-1],
-        "in reverse order": faces[::-1],
-        "one of which begins at another corner": begun_elsewhere,
-        "one of which is missing": faces[1:],
-    }
-
-
-OTHER_FACES = _others(sheet(7).faces)
-"""By how they differ from those of a World."""
