@@ -26,30 +26,6 @@ def contents(folder: Path) -> dict[str, bytes]:
     return {str(file.relative_to(folder)): file.read_bytes() for file in found}
 
 
-@pytest.mark.parametrize(
-    "option",
-    [
-        ["--mask", "known.npy"],
-        ["--faces", "body.obj"],
-        ["--prim", "/world/body"],
-        ["--missing", "zero"],
-        ["--provenance"],
-        ["--no-provenance"],
-        ["--format", "npz"],
-        ["--frames", "2:3"],
-        ["--fps", "24"],
-        ["--output-format", "obj"],
-    ],
-    ids=lambda option: option[0],
-)
-def test_what_is_for_sequences_is_refused_by_its_name(tmp_path: Path, option: list[str]) -> None:
-    for given in (clouds(tmp_path / "in", range(3)), tmp_path / "in" / "a_1.xyz"):
-        output = tmp_path / ("out" if given.is_dir() else "out.ply")
-        said = run("convert", given, output, *option, code=2).stderr
-        assert f"{option[0].replace('no-', '')}: " in said
-        assert not output.exists()
-
-
 def test_an_older_result_is_replaced_as_a_whole(tmp_path: Path) -> None:
     source = clouds(tmp_path / "in", range(3))
     words = ("convert", source, tmp_path / "out", "--scale")

@@ -10,7 +10,6 @@ import pytest
 import to_file
 from bending_sheet import poses
 from meshes import sheet
-from numpy.typing import NDArray
 from sequences import sea
 from streams import expected_of
 
@@ -96,52 +95,40 @@ N = 12
 SEA = sea(N)
 
 
-Estimate = tuple[NDArray[Any], NDArray[Any], NDArray[Any]]
-"""The points of a frame, and the ages and the standard errors of its vertices."""
-
-
 def one_way(
-    sequence: dynmesh.Sequence, numbers: list[int], origin: Estimate, **settings: Any
-) -> dict[int, Estimate]:
+    sequence: dynmesh.Sequence, numbers: list[int], start: Any, **settings: Any
+) -> dict[int, Any]:
     """The frames with these numbers, completed in this order from another one."""
-    settings = {"learn": True, "uncertainty": True, **settings}
-    completer = dynmesh.Completer(sequence.faces, origin[0], **settings)
-    frames = {}
-    assert sequence.known is not None
+    given = {"learn": True, "uncertainty": True} | settings
+    completer, frames = dynmesh.Completer(sequence.faces, start.points, **given), {}
+    known: Any = sequence.known
     for n_frames, number in enumerate(numbers, 1):
-        made = completer.push(sequence.vertices[number], sequence.known[number])
+        made = completer.push(sequence.vertices[number], known[number])
         never = completer.age == n_frames
-        error = np.hypot(completer.standard_error, np.where(never, origin[2], 0))
-        frames[number] = (made, completer.age + never * origin[1], error.astype(np.float32))
+        error = np.hypot(completer.standard_error, np.where(never, start.standard_error, 0))
+        frames[number] = dynmesh.Frame(
+            made,
+            generation=completer.generation,
+            age=completer.age + never * start.age,
+            standard_error=error.astype(np.float32),
+        )
     return frames
 
 
-def mean_of(one: Estimate, other: Estimate) -> Estimate:
-    points, ages, errors = (np.stack(both).astype(float) for both in zip(one, other, strict=True))
-    with np.errstate(divide="ignore"):
-        weights = np.minimum(errors**-1.5, 1e30)
-    weights[:, np.isinf(errors).all(axis=0)] = 1
-    weights /= weights.sum(axis=0)
-    y = (weights[:, :, None] * points).sum(axis=0)
-    spread = (weights * ((points - y) ** 2).sum(axis=2)).sum(axis=0) / 3
-    shared = (weights * np.where(weights, errors, 0) ** 2).sum(axis=0)
-    return y, ages.min(axis=0), np.sqrt(0.4 * shared + spread)
-
-
-def both_sides_of(sequence: dynmesh.Sequence, whole: int, points: Any, **settings: Any) -> Estimate:
-    """A literal transcription: to the nearer end, across, and back; the mean of the last two."""
-    origin = {whole: (points, np.zeros(100, int), np.zeros(100))}
+def both_sides_of(sequence: dynmesh.Sequence, whole: int, points: Any, **settings: Any) -> Any:
+    """To the nearer end, across, and back; the last two put together."""
+    zeros: Any = np.zeros(100, np.int32)
+    start = dynmesh.Frame(points, generation=zeros, age=zeros, standard_error=zeros)
     across = list(range(N)) if whole < N / 2 else list(range(N - 1, -1, -1))
     outwards = across[: across.index(whole)][::-1] if whole >= 0 else []
-    made = origin | one_way(sequence, outwards, origin[whole], **settings)
+    made = {whole: start} | one_way(sequence, outwards, start, **settings)
     first = across[0] if whole >= 0 else whole
     there = [number for number in across if number != first]
     made |= one_way(sequence, there, made[first], **settings)
     back = one_way(sequence, across[-2::-1], made[across[-1]], **settings)
-    made |= {number: mean_of(made[number], estimate) for number, estimate in back.items()}
-    made |= origin
-    y, ages, errors = (np.array([made[i][part] for i in range(N)]) for part in range(3))
-    return y, ages, errors
+    made |= {number: combined(made[number], frame) for number, frame in back.items()}
+    made |= {whole: start}
+    return [made[number] for number in range(N)]
 
 
 @pytest.mark.parametrize("settings", [{}, {"noise": 0.02}])
@@ -168,11 +155,12 @@ def test_a_file_is_completed_from_both_sides(tmp_path: Path, whole: int, setting
         tmp_path / "partial.npz", output, bidirectional=True, provenance=True, **options
     )
     made = dynmesh.read(output)
-    points, ages, errors = both_sides_of(sequence, whole, start, **settings)
-    np.testing.assert_allclose(made.vertices, points, atol=2e-6)
-    np.testing.assert_array_equal(made.age, ages)
-    assert made.standard_error is not None
-    np.testing.assert_allclose(made.standard_error, errors, atol=2e-6, rtol=1e-4)
+    expected = both_sides_of(sequence, whole, start, **settings)
+    for number, frame in enumerate(expected):
+        one: Any = made[number]
+        np.testing.assert_allclose(one.points, frame.points, atol=2e-6)
+        np.testing.assert_array_equal(one.age, frame.age)
+        np.testing.assert_allclose(one.standard_error, frame.standard_error, atol=2e-6, rtol=1e-4)
     assert report.frames == N
     if not noise:  # what was observed comes back bit for bit
         np.testing.assert_array_equal(made.vertices[known], sequence.vertices[known])

@@ -5,7 +5,6 @@ import json
 import multiprocessing
 import random
 import struct
-import zlib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -14,6 +13,7 @@ import numpy as np
 import pytest
 import to_file
 from conftest import LONGER
+from damage import damaged
 from meshes import sheet
 from PIL import Image
 from scan_files import a_rig, saved
@@ -67,25 +67,6 @@ LIBRARY_FILES: dict[str, Callable[[Path], None]] = {
     "a.png": image,
     "a.abc": sequence,
 }
-
-
-def damaged(content: bytes, draw: random.Random) -> bytes:
-    """With a byte flipped, a part cut out, or a part moved elsewhere."""
-    first, last = sorted(draw.sample(range(len(content) + 1), 2))
-    part = content[first:last]
-    rest = content[:first] + content[last:]
-    match draw.randrange(4):
-        case 0:
-            flipped = bytearray(content)
-            for _ in range(draw.randrange(1, 4)):
-                flipped[draw.randrange(len(content))] ^= 1 << draw.randrange(8)
-            return bytes(flipped)
-        case 1:
-            return content[:last]
-        case 2:
-            return rest
-    place = draw.randrange(len(rest) + 1)
-    return rest[:place] + part + rest[place:]
 
 
 def read_or_refuse(path: Path) -> None:
@@ -151,8 +132,6 @@ GLTF: dict[str, tuple[dict[str, Any], str]] = {
     "Draco": (gltf(meshes_0=DRACO, accessors_0={"bufferView": None}), "accessor 0, .*KHR_draco_"),
     "meshopt": (gltf(bufferViews_0=MESHOPT), "accessor 0, .* given by EXT_meshopt_compression"),
     "sparse positions": (gltf(accessors_0={"sparse": {"count": 1}}), "accessor 0, .* is sparse"),
-    "sparse faces": (gltf(accessors_1={"sparse": {"count": 1}}), "accessor 1, of faces, is sparse"),
-    "no values": (gltf(accessors_0={"bufferView": None}), "accessor 0, .* by no buffer"),
     "normalised": (
         gltf(accessors_0={"componentType": 5122, "normalized": True}), "accessor 0, .* normalised"
     ),
@@ -161,10 +140,7 @@ GLTF: dict[str, tuple[dict[str, Any], str]] = {
     ),
     "fans": (gltf(meshes_0={"mode": 6}), "triangle fans"),
     "another extension": ({**gltf(), "extensionsRequired": ["EXT_x"]}, "requires the .* EXT_x"),
-    "cut": (gltf(accessors_0={"count": 4}), "cannot be read as GLTF: .*reshape"),
-    "two corners": (gltf(accessors_1={"count": 2}), "cannot be read as GLTF: "),
     "a corner outside": (gltf(accessors_0={"count": 2}), "cannot be read as GLTF|vertex 2"),
-    "no uri": (gltf(buffers_0={"uri": None}), "cannot be read as GLTF: KeyError: 'uri'"),
 }  # fmt: skip
 
 
@@ -192,19 +168,13 @@ STL = f"solid a\nfacet normal 0 0 1\nouter loop\n{VERTICES}endloop\nendfacet\nen
 OFF = "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"
 OTHERS: dict[str, tuple[str, str, str]] = {
     "no number": ("stl", STL.replace("vertex 1", "vertex 1.#QNAN"), "STL: "),
-    "two coordinates": ("stl", STL.replace("vertex 1 0", "vertex 1"), "STL: "),
     "two and four": (
         "stl",
         STL.replace("1 0 0\n", "1 0\n").replace("0 1 0", "0 1 0 0"),
         "1 facets",
     ),
-    "two vertices": ("stl", STL.replace("vertex 1 0 0\n", ""), "STL: "),
     "no triangle of two": ("stl", "\0" * 80 + "\2\0\0\0" + "\0" * 50, "STL: "),
-    "too few vertices": (
-        "off",
-        OFF.replace("1 0 0\n", ""),
-        "states 3 vertices and 1 faces, but has 3 lines",
-    ),
+    "too few vertices": ("off", OFF.replace("1 0 0\n", ""), "states 3 vertices and 1 faces"),
     "a corner outside": ("off", OFF.replace("1 2\n", "1 3\n"), "OFF: .*outside"),
     "Alembic in HDF5": ("abc", "\x89HDF\r\n\x1a\n" + "\0" * 99, "in HDF5; write it as Ogawa"),
 }
@@ -225,18 +195,3 @@ def test_off_may_mix_polygons(tmp_path: Path) -> None:
     path.write_text("OFF\n4 2 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2\n4 0 1 2 3\n")
     faces = [sorted(face) for face in dynmesh.read(path).faces.tolist()]
     assert faces == [[0, 1, 2], [0, 1, 2], [0, 2, 3]]
-
-
-@pytest.mark.parametrize("place", [33, -12])
-def test_an_image_with_an_empty_profile_is_refused(tmp_path: Path, place: int) -> None:
-    image(tmp_path / "a.png")
-    content = (tmp_path / "a.png").read_bytes()
-    chunk = struct.pack(">I", 0) + b"iCCP" + struct.pack(">I", zlib.crc32(b"iCCP"))
-    (tmp_path / "a.png").write_bytes(content[:place] + chunk + content[place:])
-    assert_refused(tmp_path / "a.png", "PNG image", depth_of)
-
-
-def test_hdf5_lists_what_it_holds(tmp_path: Path) -> None:
-    with h5py.File(tmp_path / "a.h5", "w") as file:
-        file["mesh/points"] = np.zeros((2, 3))
-    assert_refused(tmp_path / "a.h5", "no array 'vertices'.*this file holds mesh, mesh/points$")

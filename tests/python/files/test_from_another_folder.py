@@ -2,7 +2,6 @@
 
 import contextlib
 import json
-import os
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -157,13 +156,6 @@ def test_paths_of_a_table_are_seen_from_its_folder(
         (here / "a.npz", home / "b.npz", home / "c.obj"),
         (home / "a.npz", here / "d.npz", here / "c.obj"),
     ]
-
-
-@pytest.mark.parametrize("path", [b"a.npz", 3, ["a.npz"], os.scandir])
-def test_what_is_no_path_is_refused(path: Any) -> None:
-    for verb in (dynmesh.open, dynmesh.complete, lambda one: dynmesh.write(one, sea(2))):
-        with pytest.raises(TypeError, match="must be"):
-            verb(path)
 
 
 def test_commands_name_files_as_seen_from_here(folders: tuple[Path, Path]) -> None:

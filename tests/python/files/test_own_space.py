@@ -57,6 +57,9 @@ STAGES: dict[str, tuple[tuple[str, str], str, str, Any, Any]] = {
     "moves": (
         ("Z", "1"), ops(("translate", ".timeSamples = {1: (0, 0, 0), 2: (1, 0, 0)}")), "", Z, 1
     ),
+    "still in samples": (
+        ("Z", "1"), ops(("translate", ".timeSamples = {1: (1, 0, 0), 2: (1, 0, 0)}")), "", Z, 1
+    ),
     "turns": (("Y", "0.1"), ops(("rotateY", ".timeSamples = {1: 0, 2: 60}")), "", Y, 0.1),
     "falls": (("Y", "0.1"), ops(("rotateX", ".timeSamples = {1: 0, 2: 60}")), "", None, 0.1),
     "grows": (
@@ -169,6 +172,8 @@ def test_the_same_holds_in_alembic(
         assert (frames.header.up_axis, frames.header.metres_per_unit) == (axis, unit)
         told = " ".join(frames.remarks)
     assert ("up axis" in told, "unit of length" in told) == (axis is None, unit is None)
+    moves = any(isinstance(one, list) and (one[0] != one[1]).any() for one in matrices)
+    assert ("moved by transforms" in told) == moves
     plain = archive_of(tmp_path / "b.abc", "", *matrices, inherits=inherits)
     with dynmesh.open(plain) as frames:
         assert (frames.header.up_axis, frames.header.metres_per_unit) == (None, None)

@@ -1,4 +1,4 @@
-"""Every function takes faces that are quads, other polygons or lists, and positions in lists."""
+"""Every function takes polygons and lists as faces, and arrays of any byte order and layout."""
 
 from pathlib import Path
 from typing import Any
@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 from entries import ENTRIES, FRAMES, KNOWN, MASKS, MESH, QUADS
+from every_format import FORMATS, place
 
 import dynmesh
 from dynmesh.baselines import LaplacianInterpolation, LeastSquaresMesh
@@ -25,6 +26,22 @@ RECORDS = {"write", "write_ply", "scan_folder"}
 """Entries that are given records, which hold arrays."""
 ARRAYS = {"out", "times"}
 """Arguments that must be arrays."""
+
+
+def layouts(array: Any) -> dict[str, Any]:
+    """The same array as others hold it in memory."""
+    unaligned: Any = np.ndarray(array.shape, array.dtype, bytearray(array.nbytes + 1), 1)
+    unaligned[...] = array
+    protected = array.copy()
+    protected.flags.writeable = False
+    return {
+        "of the other byte order": array.astype(array.dtype.newbyteorder()),
+        "unaligned": unaligned,
+        "strided": np.repeat(array, 2, axis=-1)[..., ::2],
+        "backwards": array[::-1].copy()[::-1],
+        "by columns": np.asfortranarray(array),
+        "read-only": protected,
+    }
 
 
 def sequence_of(faces: Any) -> dynmesh.Sequence:
@@ -76,6 +93,33 @@ def test_every_function_takes_polygons_and_lists(name: str, tmp_path: Path) -> N
         made.append(plain(call(tmp_path / f"{number}", **given | change)))
     for other in made[1:]:
         np.testing.assert_equal(other, made[0])
+
+
+@pytest.mark.parametrize("name", ENTRIES)
+def test_the_layout_of_an_array_does_not_matter(name: str, tmp_path: Path) -> None:
+    call, given = ENTRIES[name]
+    (tmp_path / "packed").mkdir()
+    expected = plain(call(tmp_path / "packed", **given))
+    for argument, array in given.items():
+        if not isinstance(array, np.ndarray) or argument in ARRAYS:
+            continue
+        for layout, other in layouts(array).items():
+            folder = tmp_path / f"{argument} {layout}"
+            folder.mkdir()
+            found = plain(call(folder, **given | {argument: other}))
+            np.testing.assert_equal(found, expected, err_msg=f"{argument} {layout}")
+
+
+@pytest.mark.parametrize("format", FORMATS)
+def test_formats_write_arrays_of_any_layout(format: str, tmp_path: Path) -> None:
+    given = {"vertices": np.float32(FRAMES), "faces": MESH.faces.astype(np.int32)}
+    for argument, array in given.items():
+        for number, other in enumerate(layouts(array).values()):
+            path = place(tmp_path / f"{argument}{number}", format)
+            dynmesh.write(path, dynmesh.Sequence(**given | {argument: other}))
+            back = dynmesh.read(path)
+            for name, expected in given.items():
+                np.testing.assert_array_equal(getattr(back, name), expected)
 
 
 @pytest.mark.parametrize("name", VERBS)
