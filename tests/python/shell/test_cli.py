@@ -22,12 +22,12 @@ from meshes import sheet
 from sequences import sea
 
 import dynmesh
-from dynmesh import cli, formats
+from dynmesh import losses
 from dynmesh.frames import Stored
 
 N_FRAMES = 12
 TRUTH = dynmesh.synth.ocean(N_FRAMES, seed=2)
-KNOWN = np.stack(list(dynmesh.losses.random_known(N_FRAMES, 2500, 0.3, seed=1)))
+KNOWN = np.stack(list(losses.random_known(N_FRAMES, 2500, 0.3, seed=1)))
 
 
 @pytest.fixture(scope="module")
@@ -53,61 +53,15 @@ def test_the_main_job_equals_the_library(job: Path) -> None:
     assert completed.fps == partial.fps == truth.fps == 30
 
 
-FRAMES, FACES, DEGRADE = TRUTH.vertices, TRUTH.faces, dynmesh.losses
-LOSSES: dict[str, tuple[Any, Any]] = {
-    "--camera 2": (
-        lambda: DEGRADE.camera_known(FRAMES, FACES, DEGRADE.orbit(FRAMES.reshape(-1, 3), 2)),
-        None,
-    ),
-    "--patches 0.2": (lambda: DEGRADE.patch_known(FACES, N_FRAMES, 2500, 0.2, seed=4), None),
-    "--dropout 0.3": (lambda: DEGRADE.dropout(N_FRAMES, 2500, 0.3, seed=4), None),
-    "--noise 0.1": (None, lambda: DEGRADE.add_noise(FRAMES, FACES, 0.1, seed=4)),
-    "--outliers 0.1": (None, lambda: DEGRADE.add_outliers(FRAMES, FACES, 0.1, seed=4)),
-    "--known 0.5 --dropout 0.3 --noise 0.1": (
-        lambda: np.logical_and(
-            list(DEGRADE.random_known(N_FRAMES, 2500, 0.5, seed=4)),
-            list(DEGRADE.dropout(N_FRAMES, 2500, 0.3, seed=4)),
-        ),
-        lambda: DEGRADE.add_noise(FRAMES, FACES, 0.1, seed=4),
-    ),
-}
-"""What is known after a loss, and the positions, if they are not as before."""
-
-
-@pytest.mark.parametrize("line", LOSSES)
-def test_degrade_equals_the_library(job: Path, tmp_path: Path, line: str) -> None:
-    known, points = LOSSES[line]
-    run("degrade", job / "truth.npz", tmp_path / "out.npz", "--seed", "4", *line.split())
+def test_losses_are_combined_as_in_the_library(job: Path, tmp_path: Path) -> None:
+    words = ["--known", "0.5", "--dropout", "0.3", "--noise", "0.1", "--seed", "4"]
+    run("degrade", job / "truth.npz", tmp_path / "out.npz", *words)
     made = dynmesh.read(tmp_path / "out.npz")
-    expected = np.ones_like(KNOWN) if known is None else np.stack(list(known()))
-    np.testing.assert_array_equal(made.known, expected)
-    positions = FRAMES if points is None else np.stack(list(points()))
-    np.testing.assert_array_equal(made.vertices[expected], positions[expected])
-
-
-def test_what_a_format_cannot_hold_is_reported(job: Path, tmp_path: Path) -> None:
-    run("complete", job / "partial.npz", tmp_path / "a.npz", "--provenance")
-    completed = dynmesh.read(tmp_path / "a.npz").vertices
-    for name in ("a.pc2", "o/f_%02d.obj", "a.npy"):
-        shown = run("convert", tmp_path / "a.npz", tmp_path / name).stderr
-        assert f"{name}: not written, as format" in shown
-        assert ("frame rate, generation and age; what" in shown) == (name != "a.npy")
-        again = dynmesh.read(tmp_path / name)
-        np.testing.assert_array_equal(again.vertices, completed)
-        assert (again.generation is None) == (name != "a.npy")
-
-
-def test_help_and_what_the_tab_key_completes(tmp_path: Path) -> None:
-    shown = run("--help").stdout
-    assert run("-h").stdout == shown
-    assert all(name in shown for name in (*formats.FORMATS, *cli.VERBS))
-    reading = {"--faces", "--prim", "--mask", "--missing", "--gaps"}
-    for command in ("info", "degrade", "complete", "convert", "view", "picture"):
-        assert reading <= set(re.findall(r"^│[* ]+(--\w+)", run(command, "-h").stdout, re.M))
-    script = cli.app.generate_completion(shell="bash")
-    assert {"complete", "--method", "motion"} <= set(re.findall(r"[\w-]+", script))
-    (tmp_path / "complete.bash").write_text(script)
-    subprocess.run(["bash", "-n", tmp_path / "complete.bash"], check=True)
+    known = np.stack(list(losses.random_known(N_FRAMES, 2500, 0.5, seed=4)))
+    known &= np.stack(list(losses.dropout(N_FRAMES, 2500, 0.3, seed=4)))
+    np.testing.assert_array_equal(made.known, known)
+    noisy = np.stack(list(losses.add_noise(TRUTH.vertices, TRUTH.faces, 0.1, seed=4)))
+    np.testing.assert_array_equal(made.vertices[known], noisy[known])
 
 
 def found(pattern: str, path: Path) -> str:
@@ -215,16 +169,13 @@ def refuse_work(*_: Any, **__: Any) -> NoReturn:
         ("k3d", "view", "view in.npz -o out.html"),
         ("pyvista", "view", "register in.npz in.npz out.npz --page out.html"),
         ("pyvista", "view", "picture in.npz -o out.png"),
-        ("PIL", "view", "picture in.npz -o out.png"),
         ("distributed", "batch", "batch jobs.csv"),
         ("h5py", "hdf5", "synth ocean out.h5"),
         ("pxr", "usd", "degrade in.npz out.usdc --camera 1"),
         ("PIL.Image", "scans", "degrade in.npz out --depth 64x48"),
         ("alembic3d", "alembic", "complete in.npz out.abc"),
-        ("h5py", "hdf5", "complete in.npz out.h5"),
         ("h5py", "hdf5", "info in.h5"),
         ("pxr", "usd", "info in.usda"),
-        ("alembic3d", "alembic", "info in.abc"),
     ],
 )
 def test_missing_libraries_are_reported_first(

@@ -9,12 +9,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
-import to_file
 from commands import dynmesh_command as run
-from conftest import REPOSITORY
 from hypothesis import given, settings
 from meshes import Mesh, join, meshes, sheet
-from reference import directed_edges, mean_edge
 
 import dynmesh
 from dynmesh import Sequence, losses, synth
@@ -152,18 +149,6 @@ def test_sound_sequences_have_no_findings_whatever_is_lost(sequence: Sequence) -
         assert codes(diagnosed(replace(sequence, vertices=holes))) == []
 
 
-@pytest.mark.parametrize(("times", "at", "leaps"), [(5, 8, []), (7, 8, [8]), (7, 2, [2])])
-def test_a_leap_is_six_times_as_long_as_other_steps(
-    times: float, at: int, leaps: list[int]
-) -> None:
-    mesh = sheet(12)
-    step = 0.01 * np.linalg.norm(np.ptp(mesh.vertices, axis=0))
-    moved = step * np.cumsum([times if n == at else float(n > 0) for n in range(16)])
-    vertices = mesh.vertices + moved[:, None, None] * np.array([0, 0, 1])
-    found = diagnosed(Sequence(vertices, mesh.faces)).findings
-    assert [finding.where.frames.tolist() for finding in found] == ([leaps] if leaps else [])
-
-
 def test_where_few_vertices_are_seen_the_positions_of_others_do_not_count() -> None:
     sound = moving(sheet(5))
     known = np.random.default_rng(1).random(sound.vertices.shape[:2]) < 0.5
@@ -223,57 +208,6 @@ def test_a_held_limb_is_found_and_left_out(noise: float) -> None:
     assert error < 0.1 * usual
 
 
-@pytest.mark.parametrize(("times", "said"), [(0.1, True), (1.0, False), (10.0, True)])
-def test_a_noise_that_is_another_one_is_said(times: float, said: bool) -> None:
-    noisy = dynmesh.degrade(WALKER[:10], noise=0.05, known=0.7)
-    edge = diagnosed(WALKER[:1]).mean_edge
-    assert edge is not None
-    report = dynmesh.complete(noisy, template=WALKER[:1], noise=0.05 * edge * times).report
-    assert any("times `noise`" in remark for remark in report.remarks) == said
-
-
-def test_a_start_that_is_put_together_is_described() -> None:
-    sequence = moving(sheet(10))
-    sequence.vertices[:, :20] = np.nan
-    sequence.vertices[3, 10:15] = 1.0
-    sequence.vertices[7, 5:10] = sequence.vertices[7, 50]
-    finding = diagnosed(sequence).findings[0]
-    assert (finding.code, finding.severity) == ("first_frame_incomplete", "warning")
-    assert "frame 7, which knows most vertices, 85 %; 5 % are put together" in finding.advice
-    sequence.vertices[:, 30:60] = np.nan
-    stated = [one.code for one in diagnosed(sequence).findings if "40 %" in str(one)]
-    assert stated == ["never_seen"]
-    nothing = replace(sequence, vertices=sequence.vertices * np.nan)
-    assert diagnosed(nothing).counts["error"] == 1
-
-
-@pytest.mark.parametrize(("dtype", "limit"), [(np.float32, 1e18), (np.float64, 1e200)])
-def test_what_is_too_large_is_what_completion_refuses(dtype: type, limit: float) -> None:
-    sequence = moving(sheet(12), dtype=dtype)
-    sequence.vertices[4, 5] = 1.01 * limit
-    finding = next(f for f in diagnosed(sequence).findings if f.severity == "error")
-    assert (finding.code, finding.where.frames.tolist()) == ("known_not_finite", [4])
-    assert f"beyond {limit:.0e}".replace("+", "") in finding.message
-    with pytest.raises(ValueError, match="frame 4: points: row 5"):
-        list(to_file.pushed(sequence.faces, iter(sequence.vertices)))
-    allowed = limit if dtype == np.float32 else 1e150  # beyond that, squares overflow
-    sequence = moving(sheet(12), dtype=np.float64)
-    largest = (sequence.vertices / np.abs(sequence.vertices).max() * allowed).astype(dtype)
-    assert not diagnosed(replace(sequence, vertices=largest)).counts["error"]
-    list(to_file.pushed(sequence.faces, iter(largest)))
-
-
-def test_zeros_of_the_first_frame_are_no_vertices_at_one_place() -> None:
-    """A single vertex may really be at the origin."""
-    vertices = X + np.float32(1)
-    vertices[0, [3, 7]] = vertices[4, 5] = 0
-    found = diagnosed(replace(SOUND, vertices=vertices)).findings
-    by_code = {one.code: one for one in found}
-    assert "coincident_vertices" not in by_code
-    for code in ("zeros", "first_frame_incomplete"):
-        assert by_code[code].where.vertices.tolist() == [3, 7]
-
-
 def test_empty_and_still_sequences_are_diagnosed() -> None:
     nothing = np.full((3, 4, 3), np.nan)
     no_faces = np.empty((0, 3), np.int64)
@@ -309,21 +243,6 @@ def test_the_findings_agree_with_the_core(mesh: Mesh) -> None:
     json.dumps(diagnosis.as_dict(), allow_nan=False)
 
 
-def test_the_mean_edge_is_what_noise_is_measured_in(tmp_path: Path) -> None:
-    sequence = moving(sheet(12))
-    edges = directed_edges(sequence.faces.astype(np.int64))
-    mean = mean_edge(edges, sequence.vertices[0])
-    found = diagnosed(sequence)
-    assert found.mean_edge == pytest.approx(mean)
-    assert found.as_dict()["mesh"]["mean_edge"] == found.mean_edge
-    dynmesh.write(tmp_path / "a.npz", sequence)
-    noisy = tmp_path / "noisy.npz"
-    shown = run("degrade", tmp_path / "a.npz", noisy, "--noise", "0.2").stderr
-    assert f"is {0.2 * mean:.3g}" in shown
-    point = diagnosed(Sequence(np.zeros((2, 3, 3)), np.array([[0, 1, 2]])))
-    assert point.mean_edge is None
-
-
 def test_memory_does_not_grow_with_the_frames(tmp_path: Path) -> None:
     ocean = synth.ocean(10)
     peaks = []
@@ -346,22 +265,3 @@ def test_the_command_prints_text_and_json(tmp_path: Path) -> None:
     assert re.search(r"^warning: 3 outliers that edges", told, re.MULTILINE)
     assert "No problems were found." in run("info", sound, "--strict").stdout
     assert json.loads(run("info", path, "--json", "--strict", code=1).stdout)["findings"]
-
-
-def test_a_folder_is_described_by_the_files_that_are_frames(tmp_path: Path) -> None:
-    dynmesh.write(tmp_path / "body.obj", moving(sheet(5))[:1])
-    (tmp_path / "notes.txt").touch()
-    (tmp_path / "depth").mkdir()
-    read = r"^files read +body.obj: the only frame\nnot read +depth/, notes.txt$"
-    assert re.search(read, run("info", tmp_path).stdout, re.MULTILINE)
-    assert "files read" not in run("info", tmp_path / "body.obj").stdout
-    dynmesh.write(tmp_path / "n" / "f_%02d.ply", moving(sheet(5)))
-    read = r"^files read +f_00.ply to f_\d\d.ply: one for each of \d+ frames\n(?!not read)"
-    assert re.search(read, run("info", tmp_path / "n").stdout, re.MULTILINE)
-
-
-def test_the_page_explains_every_finding() -> None:
-    page = (REPOSITORY / "docs" / "diagnosis.md").read_text()
-    explained = re.findall(r"^\| `(\w+)` \| (?:error|warning)", page, re.MULTILINE)
-    assert explained == sorted(explained, key=[*KINDS].index)
-    assert set(explained) == set(KINDS)

@@ -96,7 +96,7 @@ FAULTS: dict[str, tuple[Any, str, str]] = {
 }
 
 
-@pytest.mark.parametrize("error", [ValueError, TypeError, KeyError, ImportError])
+@pytest.mark.parametrize("error", [ValueError, KeyError])
 @pytest.mark.parametrize("place", FAULTS)
 def test_a_fault_inside_shows_where(
     folder: Path, monkeypatch: pytest.MonkeyPatch, place: str, error: type[Exception]
@@ -138,15 +138,11 @@ STREAMS = {
     "--help >/dev/full": (1, "standard output"),
     "convert sea.npz out.npz --overwrite --json >&-": (1, "standard output"),
     "convert sea.npz out.npz --overwrite >&-": (0, "3 frames"),
-    "convert sea.npz out.npz --overwrite 2>&-": (0, ""),
     "convert sea.npz out.npz --overwrite 2>/dev/full": (0, ""),
     "convert sea.npz out.npz --overwrite <&- >&- 2>&-": (0, ""),
     "info none.npz >&- 2>&-": (1, ""),
-    "info none.npz 2>/dev/full": (1, ""),
-    "info 2>/dev/full": (2, ""),
     "info sea.npz --json | true": (0, ""),
     "info none.npz 2>&1 | true": (1, ""),
-    "--help | true": (0, ""),
 }
 
 
@@ -168,20 +164,13 @@ def is_json(text: str) -> bool:
 
 FLAGS: dict[str, Callable[[subprocess.CompletedProcess[str]], bool]] = {
     "convert sea.npz out.npz --overwrite --quiet=true": lambda ended: not ended.stderr,
-    "convert sea.npz out.npz --overwrite -q": lambda ended: not ended.stderr,
     "convert sea.npz out.npz --overwrite --quiet=no": lambda ended: bool(ended.stderr),
-    "convert sea.npz out.npz --overwrite --no-quiet": lambda ended: bool(ended.stderr),
     "--quiet=yes convert sea.npz out.npz --overwrite": lambda ended: not ended.stderr,
-    "info sea.npz --json=yes": lambda ended: is_json(ended.stdout),
     "info sea.npz --json=false": lambda ended: not is_json(ended.stdout),
     "--json info sea.npz --no-quiet": lambda ended: is_json(ended.stdout),
-    "info sea.npz --no-strict": lambda ended: ended.returncode == 0,
     "info sea.npz --json=perhaps": lambda ended: ended.returncode == 2,
-    "info sea.npz --quiet --no-quiet": lambda ended: ended.returncode == 2,
-    "info sea.npz --quiet false": lambda ended: ended.returncode == 2,
     "convert sea.npz out.npz --no-overwrite": lambda ended: "exists already" in ended.stderr,
     "info -- --json": lambda ended: "--json: No such file" in ended.stderr,
-    "info -sea.npz": lambda ended: "-sea.npz: No such file" in ended.stderr,
     "evaluate sea.npz sea.npz --csv --quiet": lambda ended: ended.returncode == 2,
 }
 

@@ -1,9 +1,8 @@
 """Pictures, what notebooks show, and the values of their colours."""
 
 from dataclasses import replace
-from html import unescape
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,23 +10,20 @@ from browser import bluish, reddish
 from commands import hide
 from meshes import Array, Mesh, sheet
 from reference import directed_edges, mean_edge
-from shown import COMPLETED, HOLED, MESH, MOVING, TRUTH
+from shown import HOLED, MESH, MOVING, TRUTH
 
 import dynmesh
 from dynmesh import Sequence, metrics, write
 from dynmesh import open as open_sequence
 from dynmesh.draw import notebook
 from dynmesh.draw.heatmap import Heatmap, stated_up, whole_faces
-from dynmesh.draw.picture import contact_sheet, drawn, evenly_spaced
-from dynmesh.draw.quantities import QUANTITIES, Alone, Colour
-from dynmesh.draw.scales import count_scale, measure_scale
+from dynmesh.draw.picture import drawn
 from dynmesh.scans import PointScan, open_scans, write_ply
 from dynmesh.topology import likely_up
 
 pytest.importorskip("pyvista", reason="pictures need pyvista: pip install 'dynmesh[view]'")
 images = pytest.importorskip("PIL.Image")
 
-BLUE = (0, 114, 178)
 SEQUENCE = replace(MOVING[:4], vertices=TRUTH.vertices[:4])
 """Four frames of a sheet; after frame 0 the vertices right of x = 5.5 are filled in."""
 
@@ -73,31 +69,11 @@ def test_the_smallest_meshes_are_drawn(faces: list[list[int]], tmp_path: Path) -
     assert (image[55:-35] < 240).any()  # below the heading and above the caption
 
 
-def test_frames_are_spaced_evenly() -> None:
-    assert evenly_spaced(175, 3) == [0, 87, 174]
-    assert evenly_spaced(5, 2) == [0, 4]
-    assert evenly_spaced(3, 9) == [0, 1, 2]
-    assert evenly_spaced(10, 1) == evenly_spaced(1, 6) == [0]
-
-
-def test_a_sheet_is_laid_out_in_full_rows() -> None:
-    tile = np.full((100, 100, 3), BLUE, np.uint8)
-    scale = count_scale("steps", 2, zero="here")
-    image = np.asarray(contact_sheet("six", [tile] * 6, [f"{i}" for i in range(6)], scale))
-    tiles = (image == BLUE).all(axis=2)
-    assert sorted(set(tiles.sum(axis=1).tolist())) == [0, 300]  # rows of three
-
-
 def test_a_mesh_far_from_the_origin_is_drawn(mesh: Mesh, tmp_path: Path) -> None:
     near = draw(Sequence(mesh.vertices[None], mesh.faces), tmp_path, indices=[0])
     far = draw(Sequence(mesh.vertices[None] + 5e5, mesh.faces), tmp_path, indices=[0])
     areas = [(image < 235).all(axis=2).sum() for image in (near, far)]
     assert areas[0] == pytest.approx(areas[1], rel=0.05)
-
-
-def test_every_second_frame_is_played_at_half_the_rate() -> None:
-    assert '"fps": 10.0' in unescape(MOVING._repr_html_())
-    assert '"fps": 5.0' in unescape(MOVING[::2]._repr_html_())
 
 
 def test_long_sequences_of_large_meshes_stay_small(rng: np.random.Generator) -> None:
@@ -178,24 +154,6 @@ def test_the_error_is_in_millimetres_or_per_cent_of_the_diagonal(
         np.testing.assert_allclose(frame.values["error"][seen], expected, rtol=1e-12)
 
 
-def test_the_colours_are_what_there_is_and_the_first_is_the_default(sequence: Sequence) -> None:
-    bare = Sequence(sequence.vertices, sequence.faces)
-    for of, colours in (
-        (sequence, ("generation", "age", "known", "plain")),
-        (replace(sequence, generation=None, age=None), ("known", "plain")),
-        (bare, ("plain",)),
-    ):
-        heatmap = Heatmap(of)
-        (frame,) = heatmap.frames(range(2, 3))
-        assert heatmap.colour == colours[0]
-        assert (*frame.values, "plain") == heatmap.colours == colours
-    assert heatmap.scale("plain", []) is None
-    assert {*get_args(Colour)} == {*QUANTITIES, "plain"} == {*get_args(Alone), "distance"}
-    other: Any = "red"
-    with pytest.raises(ValueError, match=r"colour: must be one of .*, not 'red'"):
-        Heatmap(bare, wanted=other)
-
-
 def test_known_is_generation_0_or_what_the_input_says(sequence: Sequence) -> None:
     reader = replace(sequence, known=None)
     (frame,) = Heatmap(reader, wanted="known").frames(range(3, 4))
@@ -212,33 +170,6 @@ def test_known_is_generation_0_or_what_the_input_says(sequence: Sequence) -> Non
     assert [tick.label for tick in scale.ticks] == ["filled in", "observed"]
     assert np.flatnonzero(frame.values["known"] == 0).tolist() == [3, 8]
     assert np.flatnonzero(~frame.beside["input"].visible).tolist() == [3, 8]
-
-
-@pytest.mark.parametrize(
-    ("low", "high", "values", "places", "labels"),
-    [
-        (0.02, 2, [0, 0.2, 9], [0, 0.5, 1], ["0.02 mm or less", "0.1 mm", "1 mm", "2 mm or more"]),
-        (0, 6, [0, 1.5, 9], [0, 0.25, 1], ["0 mm", "1.5 mm", "3 mm", "4.5 mm", "6 mm or more"]),
-    ],
-)
-def test_measures_are_placed_by_decades_or_evenly_from_zero(
-    low: float, high: float, values: list[float], places: list[float], labels: list[str]
-) -> None:
-    scale = measure_scale("error", "mm", low, high)
-    np.testing.assert_allclose(scale.position(np.array(values)), places, atol=1e-6)
-    assert [tick.label for tick in scale.ticks] == labels
-    marked = scale.position(np.array([float(label.split()[0]) for label in labels]))
-    np.testing.assert_allclose([tick.position for tick in scale.ticks], marked, atol=1e-6)
-
-
-@pytest.mark.parametrize("largest", [*range(70), 2**20])
-def test_every_count_has_the_step_that_names_it(largest: int) -> None:
-    scale = count_scale("steps", largest, zero="here")
-    counts = np.unique(np.linspace(1, largest, 100).astype(int)) if largest else np.array([0])
-    for count, position in zip(counts, scale.position(counts), strict=True):
-        label = min(scale.ticks, key=lambda tick: abs(tick.position - position)).label
-        first, _, last = label.split(",")[0].partition(" to ")
-        assert int(first) <= count <= int(last or first)
 
 
 def test_triangles_with_a_missing_vertex_are_left_out() -> None:
@@ -260,41 +191,6 @@ def test_a_sheet_of_frames_has_no_room_for_where_the_mesh_was_before() -> None:
     )
     assert moving.shape == still.shape
     assert np.mean(np.abs(moving - still)) < 2
-
-
-@pytest.mark.parametrize("colour", ["error", "standard_error"])
-def test_errors_and_standard_errors_have_one_range_or_that_which_is_given(colour: Colour) -> None:
-    k = TRUTH.vertices.shape[1]
-    bars = np.full((9, k), 3.0, np.float32)
-    done = replace(COMPLETED, standard_error=bars)
-    given, own = (Heatmap(done, reference=TRUTH, colour_range=one) for one in ((0.5, 50.0), None))
-    frames = list(own.frames(range(9)))
-    scales = [own.scale(name, frames) for name in ("error", "standard_error")]
-    assert len({str(scale and scale.ticks) for scale in scales}) == 1
-    scale = given.scale(colour, frames)
-    assert scale is not None
-    np.testing.assert_allclose(scale.position(np.array([0.5, 5, 50])), [0, 0.5, 1], atol=1e-6)
-    assert scale.ticks[-1].label == "50 % or more"
-
-
-@pytest.mark.parametrize("bad", ["1", "2:1", "a:b", "-1:2", (1, np.nan), "0:inf", 3])
-def test_what_is_no_range_of_colours_is_refused(bad: Any) -> None:
-    for verb in (dynmesh.view, dynmesh.picture):
-        with pytest.raises(ValueError, match="colour_range: must be two numbers"):
-            verb(COMPLETED, reference=TRUTH, colour_range=bad)
-        with pytest.raises(ValueError, match=r"colour_range: .* there are none"):
-            verb(TRUTH, colour_range="1:2")
-
-
-def test_what_is_assumed_to_be_up_is_told_where_it_is_shown() -> None:
-    tall = Sequence(SEQUENCE.vertices[..., [0, 2, 1]], SEQUENCE.faces)
-    assert dynmesh.picture(tall, count=1).info["remarks"] == (
-        "assuming that z is up, as no file states it",
-    )
-    assert "assuming that z is up" in tall._repr_html_()
-    said = replace(tall, up_axis="y")
-    assert dynmesh.picture(said, count=1).info["remarks"] == ()
-    assert "assuming" not in said._repr_html_()
 
 
 def test_up_is_what_the_files_say_or_across_a_flat_sheet_or_along_what_is_tall(mesh: Mesh) -> None:

@@ -163,16 +163,6 @@ def test_without_a_frame_nothing_is_written(complete: Any, tmp_path: Path) -> No
         assert left_in(tmp_path) == {}
 
 
-@pytest.mark.usefixtures("hearing_interrupts")
-def test_an_interrupt_before_the_first_frame_writes_nothing(start: Any, tmp_path: Path) -> None:
-    with start("-", tmp_path / "out.raw") as process:
-        while not [*tmp_path.glob("out.raw.part")]:
-            time.sleep(0.01)
-        process.send_signal(signal.SIGINT)
-        assert process.wait() == 130
-    assert left_in(tmp_path) == {}
-
-
 def test_devices_and_links_to_them_get_the_stream(
     complete: Any, start: Any, job: Job, tmp_path: Path
 ) -> None:
@@ -248,8 +238,6 @@ def test_threads_and_report(complete: Any, job: Job, tmp_path: Path) -> None:
     [
         (["--noise", "0.02"], {"noise": 0.02}),
         (["--reject-outliers"], {"reject_outliers": True}),
-        (["--learn"], {"learn": True}),
-        (["--method", "motion"], {"method": "motion"}),
         (["--method", "motion", "--no-revisit"], {"method": "motion", "revisit": False}),
         (
             ["--method", "motion", "--extra-iterations", "5"],
@@ -386,15 +374,3 @@ def test_the_capture_loop_drops_what_it_has_no_time_for(
     assert completed + dropped == 19
     assert time.monotonic() - start > 19 / 60
     assert out.stat().st_size == completed * job.partial[0].nbytes
-
-
-def test_examples_end_where_their_files_do(programs: Path, job: Job) -> None:
-    full = example(programs, "cpp/capture_loop", job.template, job.raw, "/dev/full", code=1)
-    assert full.stderr == b"capture_loop: cannot write the output\n"
-    stream, frames = "c/complete_stream", job.partial.tobytes()
-    cut = example(programs, stream, job.template, data=frames[:-4], code=1)
-    assert b"standard input ends within a frame" in cut.stderr
-    assert len(cut.stdout) == job.partial[:-1].nbytes
-    missing = example(programs, stream, job.template.with_name("none.obj"), code=1)
-    assert missing.stderr.endswith(b"none.obj: cannot be opened\n")
-    example(programs, stream, code=2)

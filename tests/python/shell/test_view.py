@@ -168,11 +168,6 @@ def test_a_phone_shows_the_page_in_its_own_size_and_plays_it_at_once(
     phone.close()
 
 
-def test_a_page_opens_where_most_is_missing_or_was() -> None:
-    for sequence in (PARTIAL, COMPLETED):
-        assert '"first": 5,' in page_for(sequence).html
-
-
 VERDICTS = """frame,far,quality,reason
 0,0.1,good,
 1,0.2,ruined,"a limb, or more, is lost"
@@ -205,33 +200,14 @@ def test_a_line_under_the_slider_shows_the_worst_of_the_frames_and_leads_there(
 
 def test_keys_and_menus_switch_frames_and_colours(tmp_path: Path, browser: Any) -> None:
     page = page_of(COMPLETED, tmp_path, browser, {"reference": TRUTH}, colour="known")
-    assert page.text("counter") == "frame 7 / 8, 140.00 s"  # with the largest error
-    states = [page.text("play")]  # it stays there
-    for _ in range(2):
-        page.press(" ")
-        states.append(page.text("play"))
-    assert states == ["Play", "Pause", "Play"]
+    assert page.text("counter").split()[1] == "7"  # with the largest error
     for key, frame in (("Home", 0), ("ArrowRight", 1), ("End", 8), ("ArrowLeft", 7)):
         page.press(key)
         assert page.text("counter").split()[1] == str(frame)
-    titles = [page.text("title")]
-    for key in ("1", "c", "C", "3", "4", "1"):
-        page.press(key)
-        titles.append(page.text("title").partition(" ")[0].strip(":"))
-    assert titles == ["known vertices", "error", "generation", "error", "age", "known", "error"]
-    page.press("?")
-    assert all(key in page.text("help") for key in ("space", "Home", "c, C", "r", "drag"))
-    page.press("Escape")
-    assert not page.visible("help")
-
-    shown, pictures = [], []
+    pictures = []
     for colour in ("error", "generation", "age", "known", "plain"):
         page.choose("colour", colour)
         pictures.append(page.picture(0))
-        shown.append(page.text("title").partition(":")[0] if page.visible("scale") else None)
-    assert shown == [
-        "error in % of the bounding-box diagonal", "generation", "age", "known vertices", None
-    ]  # fmt: skip
     surfaces = [picture[in_colour(picture)].mean(axis=0) for picture in pictures]
     for before, after in pairwise(surfaces):
         assert abs(before - after).max() > 3
@@ -239,7 +215,4 @@ def test_keys_and_menus_switch_frames_and_colours(tmp_path: Path, browser: Any) 
     assert middle(bluish(pictures[3])) < middle(reddish(pictures[3]))  # observed, and filled in
     for grey in (pictures[4], page.picture(1)):  # and so is the reference, always
         assert np.ptp(grey, axis=2).max() < 30
-    page.choose("colour", "known")
-    page.scrub(0)
-    assert not reddish(page.picture(0)).any()  # where nothing is filled in
     assert page.complaints == []
