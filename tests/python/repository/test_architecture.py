@@ -131,9 +131,3 @@ def test_no_folder_of_cpp_includes_a_higher_one_or_one_beside_it() -> None:
 def test_one_folder_alone_includes_openmesh_or_the_c_interface(header: str, folder: str) -> None:
     including = {path.parent.name for path in CPP.rglob("*.?pp") if header in path.read_text()}
     assert including == {folder}
-
-
-def test_the_compiled_core_imports_errors_alone() -> None:
-    sources = (CPP / "bindings").glob("*.cpp")
-    found = [re.findall(r'import\("dynmesh\.(\w+)', source.read_text()) for source in sources]
-    assert {module for modules in found for module in modules} == {"_errors"}

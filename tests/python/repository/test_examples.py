@@ -1,7 +1,5 @@
 """The example that streams to rerun, and the notebook."""
 
-import base64
-import io
 import re
 import subprocess
 import sys
@@ -13,7 +11,6 @@ import pytest
 import to_file
 from conftest import REPOSITORY
 from meshes import Mesh
-from PIL import Image
 
 from dynmesh import Sequence, write
 
@@ -75,21 +72,7 @@ def test_the_notebook_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
     nbclient.NotebookClient(executed, timeout=60, **about).execute()
     every = [output for cell in executed.cells for output in cell.get("outputs", [])]
     assert [output.text for output in every if output.get("name") == "stderr"] == []
-    for cell in ("truth", "hide", "player", "own"):
-        player = outputs(executed, cell)[-1].data["text/html"]
-        assert "<iframe" in player
-        assert len(player) < 2_001_000
-    for cell, n_pictures in (("hide", 1), ("errors", 1), ("where", 2)):
-        shown = [output.get("data", {}) for output in outputs(executed, cell)]
-        pictures = [data for data in shown if "image/png" in data]
-        assert len(pictures) == n_pictures
     printed = "".join(output.get("text", "") for output in outputs(executed, "errors"))
     errors = re.findall(r": (\S+) on average", printed)
     assert len(errors) == len(set(errors)) == 3
-    for picture in outputs(executed, "where"):
-        with Image.open(io.BytesIO(base64.b64decode(picture.data["image/png"]))) as image:
-            brightness = np.asarray(image.convert("L"))
-        drawn = brightness[:, : brightness.shape[1] * 3 // 5] < 255
-        # Left of the scale, the figure is higher than wide, as its up axis is up.
-        assert drawn.any(axis=1).sum() > 1.5 * drawn.any(axis=0).sum()
     assert {file.name for file in folder.iterdir()} == {"partial.npz", "completed.npz"}
