@@ -104,15 +104,11 @@ def test_npy_keeps_the_arrays(tmp_path: Path) -> None:
 
 LAYOUTS: dict[str, tuple[str, Any, dict[str, Any]]] = {
     "npz": ("npz", ">f4", {}),
-    "compressed npz": ("npz", "f4", {"compression": True}),
     "npy": ("npy", ">f4", {}),
     "double npy": ("npy", ">f8", {}),
-    "contiguous": ("h5", "f4", {}),
     "big endian": ("h5", ">f4", {}),
-    "double": ("h5", "f8", {}),
     "one chunk": ("h5", "f4", {"chunks": (N, K, 3), "compression": "gzip"}),
     "odd chunks": ("h5", "f4", {"chunks": (4, 10, 2), "compression": "lzf"}),
-    "growing": ("h5", "f4", {"maxshape": (None, None, 3), "shuffle": True}),
     "checked": ("h5", "f4", {"chunks": (1, K, 3), "fletcher32": True}),
 }
 """Ways in which other programs write the same positions: suffix, dtype, and options of HDF5."""
@@ -179,12 +175,8 @@ def test_masks_of_integers_are_read(tmp_path: Path, suffix: str, kind: str) -> N
     [
         *((suffix, *case) for case in NO_SEQUENCE for suffix in (".npz", ".h5")),
         (".npz", GOOD | {"vertices": np.array([None, "x"], object)}, "holds Python objects"),
-        (".h5", {}, "has no array 'vertices'.*this file holds none"),
         (".h5", GOOD | {"vertices": np.float32(1)}, r"must have shape \(n, k, 3\), not \(\)"),
-        (".h5", GOOD | {"vertices": h5py.Empty("f4")}, r"must have shape \(n, k, 3\), not \(\)"),
         (".h5", GOOD | {"vertices": "two"}, "must be float32 or float64, not object"),
-        (".h5", GOOD | {"faces": "0 1 2"}, "faces: must be integers"),
-        (".h5", GOOD | {"fps": "25"}, "fps: must be one number"),
         (".h5", GOOD | {"times": "one, two"}, "times: must be numbers, not <U"),
     ],
 )
@@ -319,9 +311,7 @@ FRAMES = np.arange(10 * K * 3, dtype=np.float32).reshape(10, K, 3)
     [
         (pc2(FRAMES, version=2), "version 2"),
         (pc2(FRAMES) + b"\0", "5912 bytes, but .* 5913"),
-        (pc2(FRAMES[:0]), "no frames"),
         (pc2(FRAMES, n=-1), r"\(-1, 49, 3\)"),
-        (pc2(FRAMES, k=-1), r"\(10, -1, 3\)"),
         (pc2(FRAMES, n=2**31 - 1, k=2**31 - 1), "55340232\\d+ bytes"),
     ],
 )

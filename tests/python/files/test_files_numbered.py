@@ -84,58 +84,42 @@ def test_a_shorter_sequence_replaces_a_longer_one(tmp_path: Path, mesh: Mesh) ->
 
 READ: list[tuple[list[str], str, list[float]]] = [
     (["sim_-3", "sim_-2", "sim_-1"], "", [-3, -2, -1]),
-    (["sim.-1.a", "sim.0.a", "sim.1.a"], "", [-1, 0, 1]),
     (["-2", "-1", "0", "1"], "", [-2, -1, 0, 1]),
     ([f"frame-{n}" for n in range(1, 6)], "", [1, 2, 3, 4, 5]),
-    (["shot-9", "shot-10"], "", [9, 10]),
     (["2024-01-09", "2024-01-10"], "", [9, 10]),
-    (["take-1-8", "take-1-9"], "", [8, 9]),
     (["f-08", "f-9"], "", [8, 9]),
-    (["a -000", "a -001"], "", [0, 1]),
     (["f-2", "f-1"], "f%d.obj", [-2, -1]),
     (["f-1", "f-2"], "f-%d.obj", [1, 2]),
     (["a-002", "a-001"], "a####.obj", [-2, -1]),
     (["Scan_7", "scan_8"], "", [7, 8]),
     (["s.1", "s.1.25", "s.1.5", "s.1.75", "s.2"], "", [1, 1.25, 1.5, 1.75, 2]),
-    (["17.50", "17.75", "18.00", "18.25"], "", [17.5, 17.75, 18, 18.25]),
     (["130.86", "130.892", "130.93"], "", [130.86, 130.892, 130.93]),
     (["1305.175304", "1305.2", "1305.23"], "*.obj", [1305.175304, 1305.2, 1305.23]),
-    (["t9.5", "t10.25", "t11"], "", [9.5, 10.25, 11]),
     (["v2.0010", "v2.0020"], "", [10, 20]),
     (["s.1.8", "s.1.9", "s.1.10"], "", [8, 9, 10]),  # no decimal ends in 0
     (["1.2.9", "1.2.11"], "", [9, 11]),  # nor do three numbers make one
     (["frame-000000.depth", "frame-000001.depth"], "", [0, 1]),
-    (["0007_depth", "0008_depth"], "", [7, 8]),
     (["f_0", "f_1.depth", "f_2.depth"], "f_%d.depth.obj", [1, 2]),
     (["s.1.5", "s.1.25"], "s.1.%d.obj", [5, 25]),
     (["f_0999", "f_1000", "f_1001"], "f_%04d.obj", [999, 1000, 1001]),
-    (["take2_0998", "take2_1003"], "", [998, 1003]),
-    (["2_left", "10_left"], "", [2, 10]),
     (["0031"], "*.obj", [31]),
     (["f_7"], "f_7.obj", [0]),
-    (["f_20250101120000000"], "", [0]),
     (["f_20250101120000000"], "f_%d.obj", [0]),
     # Several numbers differ, or none, so that frames are counted.
     (["first", "last"], "", [0, 1]),
     (["c1_1", "c1_10", "c2_2"], "", [0, 1, 2]),
     (["m9_s59", "m10_s2", "m10_s10"], "", [0, 1, 2]),
-    (["f_1_t0.5", "f_2_t0.7"], "", [0, 1]),
     (["n140_9", "n140_763555584", "n141_8"], "", [0, 1, 2]),
     (["2024-12-31", "2025-01-01"], "", [0, 1]),
-    (["s_2024-05-01_23-59-58", "s_2024-05-01_23-59-59", "s_2024-05-02_00-00-07"], "", [0, 1, 2]),
-    (["20240501T120000.250", "20240501T120000.750", "20240501T120001.250"], "", [0, 1, 2]),
     (["2024-05-01_12-30-59_0007", "2024-05-01_12-30-59_0008"], "", [7, 8]),
 ]  # fmt: skip
 """Names in their order, and the numbers of frames; of some, the pattern that is given."""
 
 REFUSED = [
     (["f2_1", "f2_01", "f2_3"], r"f2_01\.obj and f2_1\.obj have the same number"),
-    (["A_1_2", "a_1_02", "a_2_1"], r"have the same number"),
     (["f_0001", "f_0002", "last"], r"several sequences, as f_0001\.obj and last\.obj differ"),
-    (["sim-1", "sim0", "sim1"], r"several sequences, as sim-1\.obj and sim0\.obj"),
     (["s_1", "s_2", "s_1.depth", "s_2.depth"], r"several sequences, as s_1\.depth\.obj"),
     (["t0.005", "t0.01", "t0.015"], r"t0\.01\.obj and t0\.005\.obj are in one order .* decimals"),
-    (["t1.5_a", "t1.25_a"], r"t1\.5_a\.obj and t1\.25_a\.obj"),
 ]
 
 
@@ -174,12 +158,9 @@ def test_gaps_cannot_be_told_where_several_numbers_differ(tmp_path: Path) -> Non
 
 
 KEPT = [
-    ["s_2024-05-01_23-59-58", "s_2024-05-01_23-59-59", "s_2024-05-02_00-00-07"],
     ["c1_1", "c1_10", "c2_2"],
     ["first", "last"],
     ["f_[7]"],
-    ["1403636579763555584", "1403636579796888832", "1403636579830222080"],
-    ["1700000000.123456789", "1700000000.190123456", "1700000000.256790123"],
     ["1700000000.999999999", "1700000001.000000000", "1700000001.000000001"],
     ["Scan 8", "scan 9", "SCAN 10"],
 ]
@@ -211,7 +192,7 @@ def test_files_in_a_folder_keep_names_that_no_pattern_gives(
     assert names(out) == expected
 
 
-@pytest.mark.parametrize("pattern", ["%.9f.obj", "%020.9f.obj", "", "*.obj"])
+@pytest.mark.parametrize("pattern", ["%020.9f.obj", ""])
 def test_nanoseconds_since_1970_are_all_read_and_kept(tmp_path: Path, pattern: str) -> None:
     stamps = [f"{1700000000 + n // 30}.{n % 30 * 33333333 + n:09}" for n in range(60)]
     put(tmp_path / "in", stamps)

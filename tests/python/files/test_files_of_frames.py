@@ -23,7 +23,6 @@ from dynmesh.formats.times import indices_of
     ("second", "message"),
     [
         (TRIANGLE.replace("f", "v 2 2 2\nf"), "has 4 vertices, but f0.obj has 3"),
-        (TRIANGLE + "f 1 2 3\n", "has 2 faces, but f0.obj has 1"),
         (TRIANGLE.replace("1 2 3", "1 3 2"), "its 1 faces are not those of f0.obj"),
     ],
 )
@@ -88,9 +87,7 @@ def test_opening_reads_the_first_file_once(
     ("extra", "expected"),
     [
         ("g left\\\nright\nusemtl\tskin\no a\n", ("groups", "materials")),
-        ("# vt 0 0\nvtx 1\n  vt 0 0\n", ("texture coordinates",)),
         ("vn 0 0 1\nv 0 0 0 1 0 0\n", ("colours", "normals")),
-        ("v 0 0 0 1 0 0 1\n", ("colours",)),
         ("v 0 0 0 1\n\\\nvt\n", ("texture coordinates",)),
         ("v 0 0 \\\nvt\n", None),
     ],
@@ -202,11 +199,8 @@ def test_completion_and_evaluation(tmp_path: Path) -> None:
     ("text", "times", "expected"),
     [
         ("1002:1005", None, [1, 2, 3]),
-        (":1003", None, [0, 1]),
-        ("1007:", None, [6, 7]),
         ("1001:1009:3", None, [0, 3, 6]),
         ("1004.5:1006", np.arange(N) * 0.5 + 1001, None),
-        ("1003:1007", np.arange(N) * 2.0 + 1001, [1, 2]),
         ("-3:0", np.arange(N) - 4.0, [1, 2, 3]),
     ],
 )

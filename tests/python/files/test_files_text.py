@@ -24,14 +24,10 @@ from dynmesh.polygons import as_polygons
     [
         ("", "has no vertices"),
         ("v 1e400 0 0\n", "line 1: '1e400' cannot be read"),
-        ("v 0 0 0 red 0 0\n", "line 1: 'red' cannot be read"),
         ("v 0 0 0 2\n", "line 1: a vertex has a weight that is not 1"),
-        ("v 0 0 0 1 1\n", "line 1: a vertex has 3 coordinates, not 5"),
         (TRIANGLE + "f 1 2 99999999999999999999\n", "line 5: there is no vertex 9"),
-        (TRIANGLE + "f 1 2 -4\n", "line 5: there is no vertex -4, with 3 before"),
         (TRIANGLE + "vt 0 \\\nf 1 2 9\nf 1 2 4\n", "line 7: there is no vertex 4, only 3"),
         (TRIANGLE + "f 1 2 3.0\n", "line 5: '3.0' is not a corner"),
-        (TRIANGLE + "f 1 2 3/x\n", "line 5: '3/x' is not a corner"),
         (TRIANGLE + "f 1 2 \\", "line 5: continues after the end of the file"),
     ],
 )
@@ -70,19 +66,13 @@ def check_as_stated(data: bytes) -> None:
     "text",
     [
         TRIANGLE,
-        TRIANGLE.replace("\n", "\r"),
         "vt 0 0\n" + TRIANGLE.replace("f", "# in D:\\x\\\nf"),
-        TRIANGLE.removesuffix("\n"),
         TRIANGLE.replace("v 0 1 0", "v  -0.1\t1e-3  nan "),
         TRIANGLE.replace("v 0 1 0", "v +INF -infinity -NaN"),
         TRIANGLE.replace("1 2 3", "-3 -2//-2 -1/"),
-        TRIANGLE.replace("v 0", "v\t+0"),
         TRIANGLE.replace("f", "g a#1 # b\nf"),
         TRIANGLE.replace("v 1 0", "v\\ \r\n1 \\ # one\n0"),
-        TRIANGLE.replace("f 1 2", "f +1 2"),
-        TRIANGLE.replace("f 1", "f\x0b1"),
         TRIANGLE.replace("f", "g a \\\nf 9 9 9\nf"),
-        TRIANGLE.replace("f", "g a\rf 3 2 1\nf"),
         "f 3 2 1\n" + TRIANGLE,
         "# caf\xe9\r\nmtllib a.mtl\r\no body\r\nv 0 0 0 0.5 0.5 0.5\r\n  v\t1 0 0 1.0\r\n"
         "v nan NaN -nan # lost\r\nv 1e-3 \\\r\n 2 3\r\nvt 0 0\r\nvn 0 0 1\r\ng top\r\ns off\r\n"
@@ -121,43 +111,30 @@ def test_any_obj_is_read_as_stated_or_refused(text: str) -> None:
         check_as_stated(data)
 
 
-MARKED = b"0 0 0 1\n1 0 0 0\n0 1 0 2\n3 0 1 2\n"
-"""A triangle with values of `known`, which are no mask."""
-
-
 @pytest.mark.parametrize(
     ("data", "told"),
     [
         (b"solid cube\n", "line 1"),
         (ply(f"vertex 2: {XYZ}; face 1: {FACE}", POINTS + b"3 0 1 2\n"), "line 12: .* 'face'"),
         (triangle(b"3 0 1 2\n" * 2), "line 14"),
-        (triangle(b"3 0 1 two\n"), "line 13: 'two'"),
-        (triangle(b"3 0 1\n"), "line 13: .* 'face'"),
         (ply(f"vertex 3: {XYZ}", POINTS.replace(b"1", b"1e39")), "line 9: '1e39'"),
         (triangle(b"3 0 1 3\n"), "face 0 refers to vertex 3"),
-        (triangle(b"3 0 1 -1\n"), "refers to vertex -1"),
         (triangle(b"2 0 1\n"), "polygon 0 has 2 corners"),
-        (ply(f"vertex -3: {XYZ}", POINTS), "line 3: .*'-3'"),
         (ply(f"vertex 0: {XYZ}; face 0: {FACE}", b""), "has no vertices"),
         (ply(f"vertex {10**15}: {XYZ}; face 1: {FACE}", b""), f"record 0 of 'vertex', of {10**15}"),
         (ply(f"vertex {10**15}: {XYZ}", b"", format="binary_big_endian"), f"of {10**15}, needs"),
-        (ply("vertex 3: float x, float y, int z", POINTS), "'z'"),
-        (ply("vertex 3", POINTS).replace(b"property \n", b""), "'vertex' has no properties"),
         (ply("vertex 1: quad x", b"1\n"), "line 4: .*'quad'"),
-        (ply("vertex 1: list float int x", b"1 1\n"), "line 4: .*'float'"),
-        (ply("vertex 1: list int x", b"1\n"), "line 4: .*'list'"),
         (ply("vertex 1: float x, int x", b"1 1\n"), "line 5: .*'x'"),
-        (ply("a 1: int x; a 1: int x", b"1\n1\n"), "line 5: .*'a'"),
         (ply("a 1: int x", b"1\n", format="binary"), "line 2: .*ascii"),
-        (ply("a 1: int x", b"1\n", head="format ascii 1.0"), "line 3"),
-        (b"ply\nelement a 1\nend_header\n", "line 2"),
         (b"ply\ncomment\nend_header\n", "names no format"),
-        (b"ply\nformat ascii 1.0\nproperty int x\nend_header\n", "line 3"),
         (triangle(b"3 0 1 2\n").replace(b"uchar int", b"uchar float"), "corners .*integers"),
-        (triangle(b"3 0 1 2\n").replace(b"vertex_indices", b"corners"), "'vertex_indices'"),
-        (ply(f"vertex 3: {XYZ}, uchar known; face 1: {FACE}", MARKED), "known: .* vertex 2 has 2"),
-        (ply(f"vertex 3: {XYZ}, float known; face 1: {FACE}", MARKED), "known: .*float"),
-        (ply(f"vertex 1: {XYZ}, list uchar int known", b"0 0 0 1 1\n"), "'known'"),
+        (
+            ply(
+                f"vertex 3: {XYZ}, uchar known; face 1: {FACE}",
+                b"0 0 0 1\n1 0 0 0\n0 1 0 2\n3 0 1 2\n",
+            ),
+            "known: .* vertex 2 has 2",
+        ),
         (ply(f"vertex 1: {XYZ}, float generation, int age", b"0 0 0 1 1\n"), "'generation'"),
         (
             ply("a 2: list short char b", b"\1\0\7\xff\xff", format="binary_little_endian"),
