@@ -206,15 +206,3 @@ def test_a_mask_may_be_a_primvar_of_any_name_and_integer_type(tmp_path: Path, ki
     np.testing.assert_array_equal(dynmesh.read(path, known="primvars:tracked").known, SEEN)
     refused = run("info", path, "--mask", "primvars:seen", code=2).stderr
     assert "has no primvar 'seen', only known, tracked" in refused
-
-
-def test_beside_scans_what_they_may_lack_is_said_of_them(tmp_path: Path) -> None:
-    path = with_confidences(tmp_path, "npz", CONFIDENCE)
-    options = ("--least-confidence", "128", "-o")
-    run("view", path, *options, tmp_path / "a.html")
-    dynmesh.write(tmp_path / "whole.npz", WHOLE)
-    run("degrade", tmp_path / "whole.npz", tmp_path / "depth", "--depth", "60x40")
-    words = ("--scans", tmp_path / "depth", *options, tmp_path / "b.html")
-    assert "no image of confidences" in run("view", tmp_path / "whole.npz", *words, code=1).stderr
-    words = ("--scans", tmp_path / "depth", "--gaps", "lost", "-o", tmp_path / "c.html")
-    run("view", tmp_path / "whole.npz", *words)

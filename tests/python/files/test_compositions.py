@@ -233,14 +233,6 @@ def test_what_was_put_together_is_as_old_as_the_way_from_there() -> None:
         assert age[4:].tolist() == [0, 1, 2, 3, 4]  # from the whole frame on, which has it
 
 
-def test_a_title_cannot_end_the_script_of_a_page() -> None:
-    pytest.importorskip("k3d")
-    plain, hostile = (
-        dynmesh.view(TRUTH[:2], title=title).html for title in ("a", "</script><b>a</b>")
-    )
-    assert plain.count("</script>") == hostile.count("</script>") > 0
-
-
 def test_meshes_of_other_libraries_are_a_sequence() -> None:
     trimesh, pyvista = pytest.importorskip("trimesh"), pytest.importorskip("pyvista")
     completed = dynmesh.complete(sea(4, share=0.5, whole=[0]))

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import pytest
 import to_file
-from commands import dynmesh_command as run
 from sequences import sea
 
 import dynmesh
@@ -47,23 +46,6 @@ def test_units_and_scale() -> None:
     np.testing.assert_array_equal(inches.age, made.age)
     with pytest.raises(ValueError, match=r"scale: .*float32"):
         dynmesh.read(dynmesh.convert(made, scale=1e38))
-
-
-def test_usd_gets_axis_and_unit(tmp_path: Path) -> None:
-    usd, geometry = pytest.importorskip("pxr.Usd"), pytest.importorskip("pxr.UsdGeom")
-    plain = tmp_path / "plain.obj"
-    dynmesh.write(plain, replace(SCALED[:1], up_axis=None, metres_per_unit=None))
-    run("convert", plain, tmp_path / "a.usd")
-    run("convert", plain, tmp_path / "b.usd", "--up", "z", "--unit", "inch")
-    stage = usd.Stage.Open(str(tmp_path / "b.usd"))
-    assert geometry.GetStageUpAxis(stage) == "Z"
-    assert geometry.GetStageMetersPerUnit(stage) == 0.0254
-    points = [dynmesh.read(tmp_path / name).vertices for name in ("a.usd", "b.usd", "plain.obj")]
-    np.testing.assert_array_equal(points[0], points[1])
-    np.testing.assert_array_equal(points[0], points[2].astype(np.float32))
-    refused = run("convert", plain, tmp_path / "c.usd", "--up", "x", code=1).stderr
-    assert "c.usd: " in refused
-    run("convert", plain, tmp_path / "c.usd", "--up", "x", "--to-up", "z")
 
 
 @pytest.mark.parametrize("is_folder", [False, True])

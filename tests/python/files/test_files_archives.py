@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-import to_file
 from sequences import assert_refused
 
 import dynmesh
@@ -168,24 +167,3 @@ def test_bounds_are_those_of_known_points(tmp_path: Path) -> None:
         seen = points[number][known[number]]
         np.testing.assert_array_equal(tuple(bounds.min()), seen.min(axis=0))
         np.testing.assert_array_equal(tuple(bounds.max()), seen.max(axis=0))
-
-
-def test_what_surrounds_the_mesh_is_not_written_which_is_said(tmp_path: Path) -> None:
-    path = tmp_path / "a.abc"
-    archive = Abc.OArchive(str(path))
-    world = Geometry.OXform(archive.getTop(), "world")
-    moved = Geometry.XformSample()
-    moved.setTranslation(imath.V3d(1, 2, 3))
-    world.getSchema().set(moved)
-    schema = Geometry.OPolyMesh(world, "body").getSchema()
-    normals = Geometry.ON3fGeomParamSample(imath.V3fArrayFromBuffer(CORNERS), VERTEX)
-    for height in (0, 1):
-        mesh = sample(CORNERS + np.float32(height), 2, 1, 0)
-        mesh.setNormals(normals)
-        schema.set(mesh)
-    add_mesh(archive, "still", [1])
-    del archive, world, schema
-    report = to_file.convert(path, tmp_path / "b.abc")
-    (remark,) = (remark for remark in report.remarks if "of a.abc are not written" in remark)
-    assert remark == "normals, other meshes and transforms of a.abc are not written"
-    assert to_file.convert(tmp_path / "b.abc", tmp_path / "c.abc").remarks == ()

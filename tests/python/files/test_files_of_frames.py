@@ -12,7 +12,7 @@ import to_file
 from commands import dynmesh_command as run
 from meshes import Mesh
 from plain_files import FACE, POINTS, TRIANGLE, XYZ, ply
-from sequences import assert_refused, names, sea, sequence_of
+from sequences import assert_refused, sea, sequence_of
 
 import dynmesh
 from dynmesh.cli.command import slice_of
@@ -81,39 +81,6 @@ def test_opening_reads_the_first_file_once(
     monkeypatch.setattr(Path, "read_bytes", noted)
     dynmesh.open(tmp_path / f"f_%d{suffix}").close()
     assert read == [f"f_0{suffix}"]
-
-
-@pytest.mark.parametrize(
-    ("extra", "expected"),
-    [
-        ("g left\\\nright\nusemtl\tskin\no a\n", ("groups", "materials")),
-        ("vn 0 0 1\nv 0 0 0 1 0 0\n", ("colours", "normals")),
-        ("v 0 0 0 1\n\\\nvt\n", ("texture coordinates",)),
-        ("v 0 0 \\\nvt\n", None),
-    ],
-)
-def test_what_else_an_obj_holds(
-    tmp_path: Path, extra: str, expected: tuple[str, ...] | None
-) -> None:
-    (tmp_path / "a.obj").write_text(TRIANGLE + extra)
-    if expected is None:
-        assert_refused(tmp_path / "a.obj", "line 5")
-        return
-    with dynmesh.open(tmp_path / "a.obj") as frames:
-        assert frames.origin is not None
-        assert frames.origin.holds == expected
-
-
-@pytest.mark.parametrize("given", ["", "dance.####.obj", "*.obj"])
-@pytest.mark.parametrize("verb", ["complete", "convert", "degrade"])
-def test_frames_in_a_folder_keep_the_names_of_the_input(
-    tmp_path: Path, verb: str, given: str
-) -> None:
-    ocean = dynmesh.synth.ocean(3, grid=6)
-    dynmesh.write(tmp_path / "in" / "dance.%04d.obj", replace(ocean, start=7))
-    options = {"complete": [], "convert": ["--scale", "2"], "degrade": ["--known", "0.5"]}
-    run(verb, tmp_path / "in" / given, tmp_path / "out", *options[verb])
-    assert names(tmp_path / "out") == ["dance.0007.obj", "dance.0008.obj", "dance.0009.obj"]
 
 
 LOST = (3, 4, 8)

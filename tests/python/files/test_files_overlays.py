@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 import pytest
 import to_file
-from commands import dynmesh_command as run
 from stages import BODY, FLAG, HAT, TIMES, production, stage_of, values_of
 
 import dynmesh
@@ -14,7 +13,6 @@ import dynmesh
 Sdf, Usd, UsdGeom, UsdUtils = (
     pytest.importorskip(f"pxr.{name}") for name in ("Sdf", "Usd", "UsdGeom", "UsdUtils")
 )
-UsdValidation: Any = pytest.importorskip("pxr.UsdValidation")
 
 MOVING = (BODY, HAT, FLAG, FLAG.replace("First", "Second"))
 CHANGED = {"points", "extent", "normals", "velocities", "extentsHint"}
@@ -83,21 +81,6 @@ def test_extents_are_those_of_the_points_in_each_frame(tmp_path: Path, is_overla
             np.testing.assert_array_equal(found, [points.min(axis=0), points.max(axis=0)])
 
 
-def test_the_mesh_alone_is_written_by_a_conversion_or_from_other_formats(tmp_path: Path) -> None:
-    scene = production(tmp_path / "scene.usda")
-    said = run("convert", scene, tmp_path / "alone.usda", "--prim", BODY).stderr
-    stage = stage_of(tmp_path / "alone.usda")
-    assert [str(prim.GetPath()) for prim in stage.Traverse()] == ["/World", BODY]
-    told = (
-        "materials, normals, other meshes, other objects, transforms and velocities of scene.usda "
-        "are not written"
-    )
-    assert told in said
-    to_file.complete(scene, tmp_path / "one.npz", source={"prim": BODY})
-    to_file.complete(tmp_path / "one.npz", tmp_path / "one.usda")
-    assert not Sdf.Layer.FindOrOpen(str(tmp_path / "one.usda")).subLayerPaths
-
-
 @pytest.mark.parametrize("mesh", MOVING)
 def test_the_points_are_those_of_the_mesh_completed_alone(
     shot: Path, tmp_path: Path, mesh: str
@@ -142,15 +125,6 @@ def test_several_meshes_are_completed_in_layers_over_each_other(tmp_path: Path) 
         assert tuple(found) == TIMES
         np.testing.assert_array_equal(list(found.values()), list(expected.values()))
     assert values_of(stage_of(tmp_path / "both.usda"))["/World/Rig/Hat.primvars:st"]
-
-
-def test_usdchecker_finds_nothing(shot: Path, tmp_path: Path) -> None:
-    registry = UsdValidation.ValidationRegistry()
-    check = UsdValidation.ValidationContext(registry.GetOrLoadAllValidators()).Validate
-    assert [error.GetMessage() for error in check(stage_of(shot / "done" / "over.usda"))] == []
-    bare = Usd.Stage.CreateNew(str(tmp_path / "bare.usda"))
-    bare.DefinePrim("/a", "Mesh")
-    assert check(bare)  # it does find something elsewhere
 
 
 def test_samples_have_the_times_of_the_scene_to_the_last_bit(tmp_path: Path) -> None:

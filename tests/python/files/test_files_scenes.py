@@ -54,15 +54,6 @@ def test_samples_that_are_omitted_since_nothing_moved_are_frames(tmp_path: Path)
     assert (sequence.fps, sequence.start, sequence.times) == (24, 1, None)
 
 
-def test_points_without_samples_are_one_frame(tmp_path: Path) -> None:
-    path = layer(tmp_path / "a.usda", mesh(f"point3f[] points = {REST}"), about='upAxis = "Z"')
-    sequence = dynmesh.read(path)
-    np.testing.assert_array_equal(sequence.vertices, [[(0, 0, 0), (1, 0, 0), (0, 1, 0)]])
-    np.testing.assert_array_equal(sequence.faces, [[0, 1, 2]])
-    # Although USD has a default of the unit.
-    assert (sequence.up_axis, sequence.metres_per_unit) == ("z", None)
-
-
 def test_a_mesh_is_chosen_and_info_lists_them(tmp_path: Path) -> None:
     still = mesh(f"point3f[] points = {REST}", name="Still")
     moving = mesh(points_at(t0=1, t1=2), name="Moving")

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import to_file
 from commands import dynmesh_command as run
-from layers import PLACES, REST, layer, mesh, points_at, textured
+from layers import PLACES, REST, layer, mesh, textured
 from plain_files import corners_in_obj
 from stages import stage_of
 
@@ -86,13 +86,7 @@ def test_what_moves_a_mesh_and_is_not_read_is_said(tmp_path: Path, mover: str) -
     above, of_mesh = MOVERS[mover]
     world = f'def Xform "World" {{\n{above}\n{mesh(POSED, of_mesh)}}}'
     path = layer(tmp_path / "a.usda", world)
-    for words in (
-        ("convert", path, tmp_path / "b.npz"),
-        ("info", path),
-        ("evaluate", path, path),
-        ("view", path, "-o", tmp_path / "b.html"),
-        ("picture", path, "-o", tmp_path / "b.png"),
-    ):
+    for words in (("info", path), ("view", path, "-o", tmp_path / "b.html")):
         done = run(*words)
         told = done.stdout + done.stderr
         assert ("moved by" in told) == (f"the mesh is moved by {mover}," in told) == bool(mover)
@@ -110,18 +104,10 @@ def test_what_a_conversion_leaves_out_is_said_in_one_sentence(tmp_path: Path) ->
     left = "colours, lightmap, materials and subsets of a.usda are not written"
     more = "colours, lightmap, materials, subsets and texture coordinates of a.usda are not written"
     for name, told in (("b.abc", left), ("c_%d.obj", left), ("d.npz", more)):
-        for make in (to_file.convert, to_file.complete):
-            remarks = make(path, tmp_path / name, overwrite=True).remarks
-            assert [one for one in remarks if "of a.usda" in one] == [told]
-    assert to_file.convert(path, tmp_path / "alone.usda").remarks == (left,)
+        remarks = to_file.convert(path, tmp_path / name).remarks
+        assert [one for one in remarks if "of a.usda" in one] == [told]
     layered = to_file.complete(path, tmp_path / "over.usda").remarks
     assert not [one for one in layered if "written" in one]
-    to_file.convert(path, tmp_path / "one.obj", frames=slice(1, 2))
-    remarks = to_file.convert(tmp_path / "one.obj", tmp_path / "f.abc").remarks
-    assert remarks == ("texture coordinates of one.obj are not written",)
-    moving = "texCoord2f[] primvars:st.timeSamples = {1: [(0, 0)], 2: [(1, 1)]}"
-    path = layer(tmp_path / "g.usda", mesh(points_at(t1=1), moving))
-    assert to_file.convert(path, tmp_path / "g.abc").remarks == ("st of g.usda are not written",)
 
 
 def test_a_template_provides_the_texture_coordinates(tmp_path: Path) -> None:

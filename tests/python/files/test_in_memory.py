@@ -94,25 +94,6 @@ def test_one_frame_can_be_measured() -> None:
     assert dynmesh.evaluate(whole, TRUTH, only="missing").frames == 1
 
 
-def test_pages_and_pictures_are_those_of_the_file(tmp_path: Path) -> None:
-    pytest.importorskip("k3d")
-    dynmesh.write(tmp_path / "completed.npz", COMPLETED)
-    dynmesh.write(tmp_path / "truth.npz", TRUTH)
-    made = dynmesh.view(COMPLETED, reference=TRUTH, max_frames=3)
-    made.write(tmp_path / "page.html")
-    assert (tmp_path / "page.html").read_text() == made.html
-    assert made.shown.frames == 3
-    for caption in ("sequence", "the reference"):
-        assert f'"caption": "{caption}"' in made.html
-    drawn = dynmesh.picture(COMPLETED, frames=[2, 3], reference=TRUTH, title="A")
-    drawn.save(tmp_path / "a.png")
-    own, reference = tmp_path / "completed.npz", tmp_path / "truth.npz"
-    words = ["--frame", "2", "3", "--title", "A", "-o", tmp_path / "b.png"]
-    run("picture", own, "--reference", reference, *words)
-    assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
-    assert drawn.size[0] > 480
-
-
 SHOT = sea(6, start=10)
 
 
@@ -133,17 +114,6 @@ def test_another_unit_is_refused(verb: Any, factor: float, units: str | None) ->
     other = replace(SHOT, metres_per_unit=0.001)
     with pytest.raises(ValueError, match="its unit in metres"):
         verb(other, reference=replace(SHOT, metres_per_unit=1.0))
-
-
-def test_exchanged_arguments_are_told(tmp_path: Path) -> None:
-    known = np.stack(list(dynmesh.losses.random_known(6, 100, 0.5)))
-    completed = dynmesh.read(dynmesh.complete(replace(SHOT, known=known)))
-    dynmesh.write(tmp_path / "completed.npz", completed)
-    dynmesh.write(tmp_path / "truth.npz", SHOT)
-    files = tmp_path / "completed.npz", tmp_path / "truth.npz"
-    assert "exchanged" not in run("evaluate", *files).stdout
-    assert "were they exchanged?" in run("evaluate", *files[::-1]).stdout
-    assert "number" not in run("evaluate", *files).stdout
 
 
 def test_zeros_may_tell_what_was_missing() -> None:

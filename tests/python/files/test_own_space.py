@@ -36,16 +36,8 @@ STAGES: dict[str, tuple[tuple[str, str], str, str, Any, Any]] = {
     "nothing": (("Z", "1"), "", "", Z, 1),
     "scale": (("Z", "1"), ops(("scale", " = (0.01, 0.01, 0.01)")), "", Z, 0.01),
     "scale of the mesh": (("Y", "0.01"), "", ops(("scale", " = (100, 100, 100)")), Y, 1),
-    "scales that cancel": (
-        ("Y", "0.3"), ops(("scale", " = (8, 8, 8)")),
-        ops(("scale", " = (0.125, 0.125, 0.125)")), Y, 0.3
-    ),
-    "inches": (("Z", "0.0254"), ops(("scale", " = (12, 12, 12)")), "", Z, 0.3048),
     "quarter turn": (("Y", "1"), ops(("rotateX", " = -90")), "", Z, 1),
     "quarter turn to the side": (("Z", "0.01"), ops(("rotateY", " = -90")), "", X, 0.01),
-    "upside down": (("Z", "1"), ops(("rotateX", " = 180")), "", None, 1),
-    "heading": (("Z", "1"), ops(("translate", " = (1, 2, 3)"), ("rotateZ", " = 33")), "", Z, 1),
-    "tilt": (("Z", "1"), ops(("rotateX", " = 11"), ("scale", " = (2, 2, 2)")), "", None, 2),
     "uneven": (("Z", "1"), ops(("scale", " = (1, 1, 1.1)")), "", None, None),
     "mirror": (("Z", "0.01"), ops(("scale", " = (-10, 10, 10)")), "", Z, 0.1),
     "matrix": (("Z", "1"), ops(("transform", HALF)), "", Y, 0.5),
@@ -66,7 +58,6 @@ STAGES: dict[str, tuple[tuple[str, str], str, str, Any, Any]] = {
         ("Y", "1"), ops(("scale", ".timeSamples = {1: (1, 1, 1), 2: (2, 2, 2)}")), "", Y, None
     ),
     "unit alone": (("", "0.001"), ops(("scale", " = (10, 10, 10)")), "", None, 0.01),
-    "axis alone": (("Y", ""), ops(("rotateX", " = -90"), ("scale", " = (9, 9, 9)")), "", Z, None),
     "nothing stated": (("", ""), ops(("scale", " = (1, 2, 3)")), "", None, None),
 }  # fmt: skip
 """What a stage states, transforms above and of the mesh, and the axis and unit of its points."""

@@ -127,17 +127,6 @@ def test_numbers_that_stand_for_missing_positions_are_found_before_they_are_move
     np.testing.assert_array_equal(partial.known, expected)
 
 
-def test_info_lists_frames_holes_and_units(shot: Path) -> None:
-    said = json.loads(run("info", shot / "shot.usda", "--prim", "all", "--json").stdout)["meshes"]
-    assert {*said} == {*MESHES, STAND}
-    assert said[BODY]["missing"] == pytest.approx(1 - known_of(BODY).mean())
-    assert said[COAT]["missing"] == pytest.approx(1 - known_of(COAT).mean())
-    assert said[STAND] == said[STAND] | {"moves": False, "frames": 1, "missing": 0}
-    assert said[BODY] == said[BODY] | {"first": FIRST, "last": LAST, "metres_per_unit": 0.01}
-    table = [line.split() for line in run("info", shot / "done.usdc").stdout.splitlines()]
-    assert [BODY, "1001", "to", "1060", "196", "nothing", "0.01", "m"] in table
-
-
 def test_a_page_shows_and_names_all(shot: Path, browser: Any, tmp_path: Path) -> None:
     from browser import Page, in_colour
 

@@ -1,15 +1,12 @@
 """Outputs of several processes and of ended ones, and completers in threads and forks."""
 
-import contextlib
 import re
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 from commands import dynmesh_command, run_here
 from conftest import REPOSITORY
@@ -49,47 +46,6 @@ def test_no_command_writes_what_another_one_is_writing(
         assert "is being written by another process" in refused
         assert contents(tmp_path) == before
     assert run_here(*words).returncode in (0, 3)  # which is over; 3 if the result is doubtful
-
-
-@pytest.mark.parametrize(("name", "first"), [("f_%d.ply", "f_*.ply"), ("a.npy", "a.npy")])
-def test_what_an_ended_command_leaves_is_the_beginning_of_one_sequence(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, first: str
-) -> None:
-    old = sea(12)
-    zeros = np.zeros(old.vertices.shape[:2], np.int32)
-    errors = zeros.astype(np.float32)
-    old = replace(old, generation=zeros, age=zeros, standard_error=errors)
-    new = replace(old, vertices=old.vertices + 1, standard_error=errors + 1)
-    moves = 0
-
-    def counted(action: Callable[..., Any]) -> Callable[..., Any]:
-        def act(path: Path, *arguments: Any, **options: Any) -> Any:
-            nonlocal moves
-            moves -= 1
-            if moves == 0:
-                raise KeyboardInterrupt
-            return action(path, *arguments, **options)
-
-        return act
-
-    for action in ("replace", "unlink"):
-        monkeypatch.setattr(Path, action, counted(getattr(Path, action)))
-    for most in range(1, 100):
-        output = tmp_path / f"{most}" / name
-        dynmesh.write(output, old)
-        moves = most
-        with contextlib.suppress(KeyboardInterrupt):
-            dynmesh.write(output, new)
-        is_over, moves = moves > 0, 0
-        if [*output.parent.glob(first)]:
-            left = dynmesh.read(output)
-            whole = new if left.vertices[0, 0, 0] == new.vertices[0, 0, 0] else old
-            n = len(left)
-            np.testing.assert_array_equal(left.vertices, whole.vertices[:n])
-            np.testing.assert_array_equal(left.standard_error, (errors + (whole is new))[:n])
-        if is_over:
-            break
-    assert most > 3
 
 
 @pytest.mark.parametrize("beside", ["readme.txt", ".hidden", "more"])

@@ -12,7 +12,6 @@ import pytest
 import to_file
 from every_format import FORMATS, NUMBERED, PARTIAL, place
 from layers import textured
-from plain_files import corners_in_obj
 from stages import BODY, FLAG, HAT, production
 
 import dynmesh
@@ -110,18 +109,6 @@ def test_memory_makes_no_difference(tmp_path: Path, name: str, verb: str) -> Non
         assert {*remarks} <= {*direct[0]}  # but for those of the verb
         told = [remark for remark in direct[0] if " not written" in remark]
         assert [remark for remark in remarks if " not written" in remark] == told
-
-
-def test_what_obj_keeps_is_kept_through_memory(tmp_path: Path) -> None:
-    sequence = dynmesh.read(_obj(tmp_path))
-    moved = replace(sequence, vertices=sequence.vertices + 1)[1:]
-    (tmp_path / "out").mkdir()
-    dynmesh.write(tmp_path / "out" / "a_%d.obj", moved)
-    text = (tmp_path / "out" / "a_9.obj").read_text()
-    for line in ("mtllib ./../skin.mtl", "o thing", "g side", "usemtl skin", " 1 .5 0"):
-        assert line in text
-    (face,) = corners_in_obj(tmp_path / "out" / "a_9.obj")
-    assert [place for place, _ in face] == [[0.1, 0.2], [0.3, 0.4], [0.5, 0.6], [0.1, 0.2]]
 
 
 CHANGES: dict[str, Callable[[Path], Any]] = {

@@ -24,7 +24,7 @@ from sequences import assert_same, sea
 import dynmesh
 from dynmesh.cli import jobs as running
 from dynmesh.cli.job_table import in_order, read_jobs
-from dynmesh.cli.jobs import batch, run_job
+from dynmesh.cli.jobs import batch
 
 distributed = pytest.importorskip("distributed", reason="distributed is not installed")
 dask = pytest.importorskip("dask")
@@ -238,20 +238,6 @@ def test_what_exists_needs_no_workers(tmp_path: Path, monkeypatch: pytest.Monkey
     assert Path("jobs.csv").read_text() == before
 
 
-def test_a_fault_in_a_job_shows_where(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    write_partial(tmp_path / "a.npz")
-    (tmp_path / "jobs.csv").write_text("input,output\na.npz,b.npz\n")
-
-    def fail(*_: object) -> None:
-        raise KeyError("broken inside")
-
-    monkeypatch.setattr(dynmesh.Completer, "push", fail)
-    (job,) = read_jobs(tmp_path / "jobs.csv")
-    result = run_job(job)
-    assert (result.status, "in fail" in result.traceback) == ("failed", True)
-    assert "a fault of dynmesh: KeyError: 'broken inside'" in result.reason
-
-
 def test_a_cluster_without_workers_is_told_and_waited_for(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -281,42 +267,6 @@ def test_a_cluster_without_workers_is_told_and_waited_for(
         changing.join()
     assert report.quality == "good"
     assert f"start `dask worker {here.scheduler_address}`" in error.getvalue()
-
-
-@pytest.mark.parametrize(
-    ("there", "why"),
-    [
-        ("raise ImportError('hidden')", "ImportError: hidden"),
-        (f"__version__ = {dynmesh.__version__!r}", "ModuleNotFoundError: No module named 'dynmesh"),
-    ],
-)
-def test_workers_without_this_dynmesh_are_named(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, scheduler: str, there: str, why: str
-) -> None:
-    write_partial(tmp_path / "a.npz")
-    (tmp_path / "jobs.csv").write_text("input,output\na.npz,b.npz\n")
-    command = ("batch", tmp_path / "jobs.csv", "--scheduler", scheduler)
-    with monkeypatch.context() as other:
-        other.setattr(running, "__version__", "9.9.9")
-        told = run(*command, code=1).stderr
-    assert f"has dynmesh {dynmesh.__version__}, but needs 9.9.9" in told
-    (tmp_path / "dynmesh.py").write_text(there)
-    words = [sys.executable, "-m", "distributed.cli.dask_worker", scheduler, "--no-nanny"]
-    environment = {**os.environ, "PYTHONPATH": str(tmp_path)}
-    with (
-        subprocess.Popen(words, env=environment, cwd=tmp_path, stderr=subprocess.DEVNULL) as worker,
-        distributed.Client(scheduler) as client,
-    ):
-        try:
-            wait_until(lambda: len(client.nthreads()) == 3)
-            told = run(*command, code=1).stderr
-        finally:
-            worker.terminate()
-        worker.wait()
-        wait_until(lambda: len(client.nthreads()) == 2)
-    assert f"has no dynmesh ({why}" in told
-    assert "1 worker of 3 must be started again" in told
-    run(*command)
 
 
 def test_a_scheduler_that_does_not_answer_is_named(tmp_path: Path) -> None:

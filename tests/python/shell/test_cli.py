@@ -115,23 +115,6 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-WRITING: dict[str, str] = {
-    "a.npz": "synth ocean {} --frames 2",
-    "b.obj": "convert body.obj {}",
-    "c_%04d.ply": "complete partial.npz {}",
-    "frames": "convert truth.npz {}/####.ply",
-    "e.npz": "degrade truth.npz {} --known 0.5",
-    "scans": "degrade truth.npz {} --scan --points 900 --cameras 2",
-    "f.csv": "evaluate truth.npz truth.npz --csv {}",
-}
-
-
-@pytest.mark.parametrize(("name", "line"), WRITING.items(), ids=WRITING)
-def test_folders_of_outputs_are_made(folder: Path, name: str, line: str) -> None:
-    run(*line.format(f"new/deep/{name}").split())
-    assert len(list((folder / "new" / "deep").iterdir())) >= 1
-
-
 @pytest.mark.parametrize("line", ["convert truth.npz {}", "complete partial.npz {}"])
 def test_space_is_looked_at_before_a_job(
     folder: Path, monkeypatch: pytest.MonkeyPatch, line: str

@@ -4,7 +4,6 @@ import json
 import os
 import signal
 import subprocess
-import time
 from pathlib import Path
 from typing import Any
 
@@ -363,14 +362,3 @@ def test_examples_go_on_after_a_frame_that_is_refused(
     shown = example(programs, "c/complete_stream", job.template, data=partial.tobytes())
     assert shown.stderr.startswith(b"frame 5: points: row 7 is at ")
     assert shown.stdout == expected
-
-
-def test_the_capture_loop_drops_what_it_has_no_time_for(
-    programs: Path, job: Job, tmp_path: Path
-) -> None:
-    start, out = time.monotonic(), tmp_path / "out.raw"
-    told = example(programs, "cpp/capture_loop", job.template, job.raw, out).stdout.decode()
-    completed, dropped = (int(part.split()[0]) for part in told.split(";")[0].split(", "))
-    assert completed + dropped == 19
-    assert time.monotonic() - start > 19 / 60
-    assert out.stat().st_size == completed * job.partial[0].nbytes

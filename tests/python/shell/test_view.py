@@ -1,6 +1,5 @@
 """Pages that play sequences."""
 
-from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -154,18 +153,6 @@ def test_the_input_and_the_reference_play_and_turn_beside_the_sequence(
     page.press("r")
     assert (in_colour(page.picture(2)) ^ in_colour(views[0][1])).mean() < 0.005
     assert page.complaints == []
-
-
-def test_a_phone_shows_the_page_in_its_own_size_and_plays_it_at_once(
-    tmp_path: Path, chromium: Any
-) -> None:
-    phone = chromium.new_context(viewport={"width": 390, "height": 800}, is_mobile=True)
-    page = page_of(replace(TRUTH, fps=10.0), tmp_path, phone)
-    changed = "(text) => document.getElementById('dynmesh-counter').innerText !== text"
-    for _ in range(3):
-        page.page.wait_for_function(changed, arg=page.text("counter"))
-    assert 300 < page.picture().shape[1] <= 390
-    phone.close()
 
 
 VERDICTS = """frame,far,quality,reason
