@@ -1,5 +1,6 @@
 """The documentation is whole: its links, its scripts, its site."""
 
+import os
 import re
 import runpy
 import subprocess
@@ -9,7 +10,6 @@ from pathlib import Path
 import pytest
 from conftest import REPOSITORY
 from documents import DOCUMENTS, run
-
 
 INDEX_PAGE = runpy.run_path(str(REPOSITORY / "cmake" / "index_page.py"))
 """What an index of packages shows."""
