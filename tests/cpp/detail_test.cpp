@@ -1,19 +1,17 @@
-/// Parts of method detail without training, and method motion.
+/// Rotations and triangulations of method detail.
 #include <doctest/doctest.h>
 
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <random>
 #include <vector>
 
+#include "base/workers.hpp"
 #include "mesh/intrinsic_delaunay.hpp"
 #include "meshes.hpp"
-#include "motion/motion.hpp"
 #include "shape/detail_operator.hpp"
 #include "shape/rotations.hpp"
-#include "shared_work.hpp"
 
 namespace dynmesh::testing {
 namespace {
@@ -170,95 +168,6 @@ TEST_CASE("degenerate triangles and non-manifold edges are handled") {
   for (const auto& t : triangles) {
     CHECK(t.area() > 0);
     for (std::size_t s = 0; s < 3; ++s) CHECK(std::abs(t.cotangent(s)) < 1e6);
-  }
-}
-
-/// Random faces, mostly between nearby vertices, and one vertex that is connected to half the mesh.
-Topology random_mesh(std::mt19937& random, std::size_t k) {
-  std::uniform_int_distribution<Index> vertex(0, static_cast<Index>(k) - 1);
-  std::uniform_int_distribution<Index> step(1, 3);
-  std::vector<Index> indices;
-  for (std::size_t face = 0; face < k; ++face) {
-    const Index a = vertex(random);
-    const auto last = static_cast<Index>(k) - 1;
-    for (const Index corner : {a, std::min(a + step(random), last), std::min(a + 4, last)}) {
-      indices.push_back(corner);
-    }
-  }
-  for (Index v = 1; v + 1 < static_cast<Index>(k) / 2; v += 2) {
-    for (const Index corner : {0, v, v + 1}) indices.push_back(corner);
-  }
-  return build_topology(faces_of(indices), k);
-}
-
-/// Compares two threads and small pieces with the calling thread alone, bit for bit, and both with
-/// what double precision finds, which the tests of Python compare with Algorithm 1 of the paper.
-template <class Real>
-void check_alike(std::size_t k, Index extra_iterations, bool revisits, double share,
-                 unsigned seed) {
-  std::mt19937 random(seed);
-  std::normal_distribution<double> normal;
-  std::bernoulli_distribution is_known(share);
-  const Topology topology = random_mesh(random, k);
-  std::vector<Vector3> previous(k);
-  std::vector<Vector3> points(k);
-  std::vector<std::uint8_t> known(k);
-  for (std::size_t v = 0; v < k; ++v) {
-    previous[v] = {static_cast<double>(v) + normal(random), normal(random), normal(random)};
-    points[v] = {previous[v].x + normal(random), normal(random), normal(random)};
-    known[v] = is_known(random) ? 1 : 0;
-  }
-  auto expected = points;
-  Generations generations(k);
-  Workers alone(1);
-  Motion<double> usual(topology.cells, previous, extra_iterations, revisits, alone);
-  const Index iterations = usual.estimate(previous, expected, known, generations);
-  Generations searched(k);
-  searched.classify(topology.cells, known);
-  CHECK(std::ranges::equal(generations.of_vertices(), searched.of_vertices()));
-  CHECK(generations.reached() == searched.reached());
-
-  auto completed = points;
-  Motion<Real> serial(topology.cells, previous, extra_iterations, revisits, alone);
-  CHECK(serial.estimate(previous, completed, known, generations) == iterations);
-  double largest = 0;
-  for (std::size_t v = 0; v < k; ++v) {
-    const auto error = std::sqrt(squared_norm(completed[v] - expected[v]));
-    largest = std::max(largest, error / (1 + std::sqrt(squared_norm(expected[v]))));
-  }
-  // A sum over a cell is rounded as often as the cell has vertices.
-  std::size_t largest_cell = 0;
-  for (std::size_t v = 0; v < k; ++v)
-    largest_cell = std::max(largest_cell, topology.cells[v].size());
-  CHECK(largest <= static_cast<double>(8 + largest_cell) * std::numeric_limits<Real>::epsilon());
-
-  const Index piece = std::max(4, static_cast<Index>(k) / 20);
-  Workers workers(2, in_small_pieces(piece));
-  const std::uint64_t before = pieces_done_by_others();
-  Motion<Real> shared(topology.cells, previous, extra_iterations, revisits, workers);
-  for (int repeat = 0; repeat < 2; ++repeat) {  // the second frame must not depend on the first
-    auto again = points;
-    CHECK(shared.estimate(previous, again, known, generations) == iterations);
-    for (std::size_t v = 0; v < k; ++v) CHECK(squared_norm(again[v] - completed[v]) == 0);
-  }
-  CHECK((pieces_done_by_others() > before) == (static_cast<Index>(k) > piece));
-}
-
-TEST_CASE("method motion is the same in both precisions and with all threads") {
-  constexpr Index extras[] = {0, 1, 7};
-  unsigned seed = 0;
-  for (const std::size_t k : {1, 2, 5, 30, 300, 3000}) {
-    for (const double share : {0.0, 0.001, 0.1, 0.5, 0.9, 1.0}) {
-      const Index extra = extras[(seed + seed / 6) % 3];  // each share has every number
-      CAPTURE(k);
-      CAPTURE(share);
-      CAPTURE(extra);
-      ++seed;
-      for (const bool revisits : {true, false}) {
-        check_alike<float>(k, extra, revisits, share, seed);
-        check_alike<double>(k, extra, revisits, share, seed);
-      }
-    }
   }
 }
 

@@ -84,16 +84,6 @@ TEST_CASE("work of more pieces than one ticket counts is executed once") {
   }
 }
 
-TEST_CASE("threads are woken from 24 pieces on") {
-  // The size that the settings state.
-  Workers workers(2, {.patience = 1'000'000});
-  const auto nothing = [](Index, Index) {};
-  CHECK(shared_pieces([&] { workers.for_each_chunk(23'552, nothing); }) == 0);
-  CHECK(shared_pieces([&] { workers.for_each_chunk(23'553, nothing); }) > 0);
-  CHECK(shared_pieces([&] { workers.for_each_short_chunk(23'552, nothing); }) == 0);
-  CHECK(shared_pieces([&] { workers.for_each_short_chunk(23'553, nothing); }) > 0);
-}
-
 using Positions = std::vector<double>;
 
 /// Frame n of a mesh that turns and bends.

@@ -104,46 +104,6 @@ double slope_at(const Field& x, const Energy& energy) {
   return slope(x) / slope(Field(x.size()));
 }
 
-/// The slope of |K D - r|^2 + sum_i w_i (n_i . (D_i - p_i))^2 at steps D, for three fields.
-double slope_after(int steps) {
-  const auto mesh = torus(12);
-  const std::size_t k = mesh.size();
-  Workers workers(1);
-  const Topology topology = build_topology(mesh.faces(), k);
-  const DetailOperator operator_of_shape =
-      build_detail_operator(triangles_of(mesh), topology.cells, rows_of(mesh.vertices));
-  ShapeSystem system(operator_of_shape, workers);
-  system.take_planes(steps);
-  Field normals = random_field(k, 1);
-  for (auto& n : normals) n = (1 / std::sqrt(squared_norm(n))) * n;
-  const Field residual = random_field(3 * k, 2);
-  const Field pull = random_field(3 * k, 3);
-  Anchors anchors(k, true);
-  for (std::size_t v = 0; v < k; ++v) {
-    anchors.is_solved[v] = 1;
-    anchors.counts[v] = 1;
-    anchors.weights[v] = v % 3 == 0 ? 0 : 0.5;
-  }
-  anchors.n_solved = k;
-  anchors.normals = normals;
-  Lender<MaskedFactor> factors(MaskedFactor(normal_matrix(operator_of_shape), workers));
-  ShapeFactor factor(anchors, factors.lend());
-  Field d(3 * k);
-  system.solve<3, 3>([&](std::size_t v, std::size_t f) { return residual[3 * v + f]; },
-                     [&](std::size_t v, std::size_t f) { return pull[3 * v + f]; }, factor, d);
-  const auto energy = [&](const Field& x) {
-    Field detail(3 * k);
-    system.apply(x, 3, detail);
-    double sum = 0;
-    for (std::size_t i = 0; i < 3 * k; ++i) {
-      const double off = dot(normals[i / 3], x[i] - pull[i]);
-      sum += squared_norm(detail[i] - residual[i]) + anchors.weights[i / 3] * off * off;
-    }
-    return sum;
-  };
-  return slope_at(d, energy);
-}
-
 /// The slope of |K D - r|^2 + mu D C D + sum_p w_p (n_p . (sum_s b_s D_s - q_p))^2 + sum of w |D_i
 /// - D_j|^2 over a tie, and of a landmark, at the steps D towards rows.
 double slope_of_rows_after(int steps) {
@@ -197,12 +157,6 @@ TEST_CASE("steps towards rows end where all rows, ties and shapes balance") {
   CHECK(slope_of_rows_after(400) < 1e-5);
   CHECK(slope_of_rows_after(12) < 0.02);
   CHECK(slope_of_rows_after(0) == doctest::Approx(1));
-}
-
-TEST_CASE("steps towards planes end where all planes and shapes balance") {
-  CHECK(slope_after(400) < 1e-6);
-  CHECK(slope_after(5) < 0.5);
-  CHECK(slope_after(0) == doctest::Approx(1));
 }
 
 /// A flat square of n by n vertices at distances of 1, around the origin.

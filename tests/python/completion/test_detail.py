@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from bending_sheet import travelling
 from conftest import recorded
-from meshes import EVENTS, Array, Mesh, bumpy_torus, sheet
+from meshes import EVENTS, Array, Mesh, sheet
 from numpy.typing import DTypeLike
-from streams import errors_of
+from streams import completed, errors_of
 
 import dynmesh
 
@@ -89,9 +89,9 @@ def test_frames_equal_the_transcription(
         known = rng.random(len(points)) < share
         if name == "two parts" and n % 2 == 0:
             known[64:] = False  # disconnected
-        completed = completer.push(points, known)
+        made = completer.push(points, known)
         np.testing.assert_allclose(
-            completed, expected.complete(points, known), rtol=0, atol=1e-6 * expected.h
+            made, expected.complete(points, known), rtol=0, atol=1e-6 * expected.h
         )
         report = completer.report
         assert report.blend == pytest.approx(expected.blend, abs=1e-6)
@@ -161,8 +161,8 @@ def errors(completer: dynmesh.Completer, frames: Array) -> Array:
     for frame in frames[2:]:
         known = rng.random(len(frame)) < 0.3
         known[0] = True
-        completed = completer.push(frame, known)
-        found.append(np.linalg.norm(completed - frame, axis=1).mean())
+        made = completer.push(frame, known)
+        found.append(np.linalg.norm(made - frame, axis=1).mean())
     completer.restore(completer.state())
     return np.array(found)
 
@@ -243,48 +243,23 @@ def test_noise_that_is_too_small_to_matter_is_small_however_small() -> None:
     assert np.abs(complete(1) - expected).max() > 1e-3
 
 
-SHEET = sheet(12)
-ROW = SHEET.vertices.copy()
-ROW[60:72, 1] = 4 + 1e-7
-TWICE = SHEET.vertices.copy()
-TWICE[41] = TWICE[40]
-CORNERS = SHEET.vertices[SHEET.faces].reshape(-1, 3)
-SHAPES = {
-    "open": SHEET,
-    "closed": bumpy_torus(12),
-    "two coincident vertices": Mesh(SHEET.faces, TWICE),
-    "needles": Mesh(SHEET.faces, SHEET.vertices * [1, 1e-9, 1]),
-    "a row of needles": Mesh(SHEET.faces, ROW),
-    "single triangles": Mesh(np.arange(len(CORNERS)).reshape(-1, 3), CORNERS),
-    "one component disconnected": meshes.join(SHEET, sheet(4, 14)),
-}
-
-
-def turning(mesh: Mesh, method: Any, scale: float, n: int, shares: Any) -> tuple[Array, Array]:
-    """The frames of a mesh that turns in another unit, completed, and the true ones."""
-    completer = dynmesh.Completer(mesh.faces, scale * mesh.vertices, method=method)
-    rng, truth, made = np.random.default_rng(0), [], []
-    for i in range(1, n + 1):
-        truth.append(meshes.turned(mesh.vertices, 0.1 * i) + i * np.array([0.3, -0.2, 0.1]))
-        known = rng.random(len(mesh.vertices)) < shares(i)
-        known[144:] &= len(mesh.vertices) != 160  # the second component is lost
-        made.append(completer.push(scale * truth[-1], known) / scale)
-    return np.stack(made), np.stack(truth)
-
-
-@pytest.mark.parametrize("shape", SHAPES)
-def test_a_rotation_is_completed_on_every_kind_of_mesh(shape: str) -> None:
-    made, truth = turning(SHAPES[shape], "detail", 1, 8, lambda _: 0.3)
-    np.testing.assert_allclose(made, truth, rtol=0, atol=1e-6)
-
-
 def test_rounding_does_not_decide_the_blend_that_anchors_do_not_determine() -> None:
-    mesh = SHAPES["single triangles"]
-    made, _ = turning(mesh, "detail", 1, 60, lambda i: 0.5 if i < 4 else 0.02)
-    assert np.abs(made).max() < 60
+    """Of single triangles that turn."""
+    mesh = sheet(12)
+    corners = mesh.vertices[mesh.faces].reshape(-1, 3)
+    frames = [meshes.turned(corners, 0.1 * i) + i * np.array([0.3, -0.2, 0.1]) for i in range(61)]
+    rng = np.random.default_rng(0)
+    masks = [rng.random(len(corners)) < (0.5 if i < 4 else 0.02) for i in range(1, 61)]
+
+    def last(scale: float) -> Array:
+        faces = np.arange(len(corners)).reshape(-1, 3)
+        made = completed(Mesh(faces, corners), scale * np.stack(frames), masks)
+        return np.asarray(made[-1] / scale)
+
+    expected = last(1)
+    assert np.abs(expected).max() < 60
     for scale in (1e-4, 1e6):
-        again, _ = turning(mesh, "detail", scale, 60, lambda i: 0.5 if i < 4 else 0.02)
-        np.testing.assert_allclose(again[-1], made[-1], rtol=0, atol=1e-6)
+        np.testing.assert_allclose(last(scale), expected, rtol=0, atol=1e-6)
 
 
 def test_a_vertex_with_too_many_neighbours_is_refused_by_detail_and_accepted_by_motion() -> None:

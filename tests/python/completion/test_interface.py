@@ -7,7 +7,6 @@ import pickle
 import subprocess
 import sys
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -35,48 +34,28 @@ def test_importing_loads_numpy_alone() -> None:
     assert loaded.stdout.strip() == "[]"
 
 
-def test_any_layout_is_taken(mesh: Mesh, rng: np.random.Generator) -> None:
-    k = len(mesh.vertices)
-    points = turned(mesh.vertices, 0.3)
-    known = rng.random(k) < 0.4
-    expected = dynmesh.Completer(mesh.faces, mesh.vertices).push(points, known)
-    packed = np.zeros(k, [("tag", "u1"), ("xyz", "<f8", 3), ("seen", "?")])  # misaligned
-    packed["xyz"], packed["seen"] = points, known
-    aligned = np.zeros(k, np.dtype([("seen", "?"), ("xyz", "<f8", 3)], align=True))
-    aligned["xyz"], aligned["seen"] = points, known
-    for given, mask in [
-        (points.astype(">f8"), known),
-        (packed["xyz"], packed["seen"]),
-        (aligned["xyz"], aligned["seen"]),
-        (points.tolist(), known.tolist()),
-        (points, known.astype(np.uint8)),
-        (points, known.astype(">i8")),
-    ]:
-        for faces in (mesh.faces, mesh.faces.astype(np.uint16), np.asfortranarray(mesh.faces)):
-            completer = dynmesh.Completer(faces, mesh.vertices)
-            np.testing.assert_array_equal(completer.push(given, mask), expected)
-    completer = dynmesh.Completer(mesh.faces, mesh.vertices)
-    assert completer.push(aligned["xyz"], aligned["seen"], out=aligned["xyz"]) is not None
-    np.testing.assert_array_equal(aligned["xyz"], expected)
-
-
-def test_broadcast_arrays_are_taken(mesh: Mesh) -> None:
+def test_fields_of_records_and_lists_and_broadcast_arrays_are_taken(mesh: Mesh) -> None:
     """Broadcasting gives equal masks with strides of 0, which the core refuses."""
     k = len(mesh.vertices)
-    spread = np.broadcast_to(np.array([1.0, 2.0, 3.0]), (k, 3))
+    points, known = turned(mesh.vertices, 0.3), np.arange(k) % 3 == 0
+    records = np.zeros(k, np.dtype([("seen", "?"), ("xyz", "<f8", 3)], align=True))
+    records["xyz"], records["seen"] = points, known
+    column = np.broadcast_to(np.arange(float(k))[:, None], (k, 3))
+    row = np.broadcast_to(np.array([1.0, 2.0, 3.0]), (k, 3))
     everyone = np.broadcast_to(np.array(True), (k,))
-    calls: list[Callable[[Any, Any, Any], Any]] = [
-        lambda c, rows, mask: c.push(rows, mask),
-        lambda c, rows, _: c.push_sparse(np.arange(4), rows[:4]),
-        lambda c, rows, _: [c.reset(rows), c.skip()][1],
-        lambda _, rows, __: dynmesh.Completer(mesh.faces, rows).skip(),
-        lambda _, rows, __: dynmesh.metrics.nmsve(mesh.faces, mesh.vertices, rows),
-    ]
-    for rows in (spread, np.broadcast_to(np.arange(float(k))[:, None], (k, 3))):
-        for call in calls:
-            views, whole = (dynmesh.Completer(mesh.faces, mesh.vertices) for _ in range(2))
-            found, expected = call(views, rows, everyone), call(whole, rows.copy(), everyone.copy())
-            np.testing.assert_array_equal(found, expected)
+    for given, mask in [
+        (records["xyz"], records["seen"]),
+        (points.tolist(), known.tolist()),
+        (points, known.astype(np.uint8)),
+        (column, everyone),
+        (row, everyone),
+    ]:
+        one, other, into = (dynmesh.Completer(mesh.faces, mesh.vertices) for _ in range(3))
+        expected = other.push(np.array(given), np.array(mask, bool))
+        np.testing.assert_array_equal(one.push(given, mask), expected)
+        out = records.copy()["xyz"]
+        assert into.push(given, mask, out=out) is out
+        np.testing.assert_array_equal(out, expected)
 
 
 def test_float64_beyond_the_range_of_float32_is_too_large_and_not_missing(mesh: Mesh) -> None:
@@ -154,8 +133,6 @@ def test_a_subclass_keeps_its_attributes() -> None:
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"state": b""}, "state: truncated"),
-        ({"state": dynmesh.Tracker(MESH.faces, FRAMES[0]).state()}, "not a completer state"),
         ({"_settings": {"method": "motion"}}, "state: .* method is detail, not motion"),
         ({"_settings": {"speed": 2}}, "settings: one of them is not known"),
         ({"_faces": MESH.faces[1:].astype(np.int32)}, "state: of a mesh with other faces"),
@@ -163,7 +140,6 @@ def test_a_subclass_keeps_its_attributes() -> None:
 )
 def test_pickles_of_something_else_are_refused(changes: dict[str, Any], message: str) -> None:
     kept, state = dynmesh.Completer(MESH.faces, FRAMES[0]).__getstate__()
-    state = changes.pop("state", state)
     made = dynmesh.Completer.__new__(dynmesh.Completer)
     with pytest.raises(ValueError, match=message):
         made.__setstate__((kept | changes, state))

@@ -1,8 +1,6 @@
 """Masks of arrays, frames and sequences are carried or refused, wherever positions are taken."""
 
-import inspect
-import types
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -13,74 +11,6 @@ from entries import ENTRIES, FRAME, FRAMES, KNOWN, MASKS, MESH
 from sequences import sea
 
 import dynmesh
-from dynmesh import (
-    alignment,
-    baselines,
-    formats,
-    losses,
-    metrics,
-    registration,
-    scans,
-    topology,
-    whole_frames,
-)
-
-RESULTS = {"Alignment", "Diagnosis", "Registration", "WholeFrame"}
-"""What these hold is made by dynmesh."""
-
-PLAIN = {"Frame", "Description", "PointScan.only", "DepthScan.only", "ScanCamera"}
-"""Records, which are checked where they are used, and what takes neither positions nor masks."""
-
-
-OF_SEQUENCES = {
-    "complete",
-    "convert",
-    "degrade",
-    "evaluate",
-    "info",
-    "opened",
-    "picture",
-    "view",
-    "write",
-}
-"""Verbs, which make a Sequence of arrays."""
-
-FILES = {
-    ("open", "faces"),
-    ("open", "known"),
-    ("complete", "training"),
-    ("track", "training"),
-    ("track", "template"),
-    ("track", "scans"),
-}
-"""Arrays in place of files, which are checked as those of files are."""
-
-
-def _takers() -> Iterator[tuple[str, str]]:
-    """All public functions and their parameters that may be arrays."""
-    of_arrays = (alignment, registration, topology, whole_frames)
-    for module in (dynmesh, formats, metrics, baselines, losses, scans, *of_arrays):
-        for name in module.__all__:
-            found = getattr(module, name)
-            if isinstance(found, types.ModuleType) or not callable(found):
-                continue
-            functions = {name: found}
-            if inspect.isclass(found):
-                own = inspect.getmembers(found, inspect.isfunction)
-                functions = {f"{name}.{n}": method for n, method in own if not n.startswith("_")}
-                functions[name] = found.__init__
-            for function, called in functions.items():
-                for parameter in inspect.signature(called).parameters.values():
-                    is_options = parameter.kind is parameter.VAR_KEYWORD
-                    if "ndarray" in str(parameter.annotation) and not is_options:
-                        yield function, parameter.name
-
-
-def test_the_table_names_all_that_takes_arrays() -> None:
-    there = {(name, argument) for name, (_, given) in ENTRIES.items() for argument in given}
-    takers = {one for one in _takers() if one[0] not in RESULTS | PLAIN | OF_SEQUENCES}
-    assert len(takers) > 60
-    assert takers - there - FILES == set()
 
 
 def _masked(values: Any) -> Any:

@@ -25,12 +25,21 @@ TETRAHEDRON = Mesh(
     np.array([[0, 0, 0], [1, 0, 0.1], [0.2, 0.9, 0], [0.3, 0.2, 1.1]]),
 )
 WALKER = dynmesh.synth.walker(2)
+SHEET = sheet(9)
+ROW, NEARLY_1 = SHEET.vertices[:, 1:2] == 4, np.array([0, 1 - 1e-7, 0])
+CORNERS = SHEET.vertices[SHEET.faces].reshape(-1, 3)
 BODIES = {
-    "sheet": sheet(9),
+    "sheet": SHEET,
     "torus": bumpy_torus(14),
     "box": BOX,
     "tetrahedron": TETRAHEDRON,
     "walker": Mesh(WALKER.faces.astype(np.int64), WALKER.vertices[0].astype(np.float64)),
+}
+ODD = {
+    "two coincident vertices": Mesh(SHEET.faces, SHEET.vertices[[*range(41), 40, *range(42, 81)]]),
+    "needles": Mesh(SHEET.faces, SHEET.vertices * [1, 1e-9, 1]),
+    "a row of needles": Mesh(SHEET.faces, np.where(ROW, SHEET.vertices - NEARLY_1, SHEET.vertices)),
+    "single triangles": Mesh(np.arange(len(CORNERS)).reshape(-1, 3), CORNERS),
 }
 SETTINGS: dict[str, Callable[[Mesh], dict[str, Any]]] = {
     "plain": lambda _: {},
@@ -130,6 +139,14 @@ def test_a_body_that_turns_for_long(
         moved(mesh.vertices, np.array([0.2, 1, 0.4]), np.radians(degrees) * i) for i in range(n)
     ]
     assert largest_error(mesh, frames, hidden_sets(mesh, kind, n, rng))[0] < 1e-6
+
+
+@pytest.mark.parametrize("body", ODD)
+def test_an_odd_mesh_that_turns(body: str, rng: np.random.Generator) -> None:
+    mesh = ODD[body]
+    frames = [moved(mesh.vertices, np.array([0.2, 1, 0.4]), 0.1 * n) for n in range(1, 9)]
+    masks = [rng.random(len(mesh.vertices)) < 0.3 for _ in frames]
+    assert largest_error(mesh, frames, masks)[0] < 1e-6
 
 
 def test_a_body_that_has_bent_and_then_turns(rng: np.random.Generator) -> None:

@@ -1,38 +1,20 @@
-"""Completers and trackers that another thread watches."""
+"""A completer that another thread watches, as a tracker may be, too."""
 
 import threading
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-import pytest
 from meshes import bumpy_torus
-from scans_of_meshes import torus_scan
 
 import dynmesh
 
-TORUS = bumpy_torus(40)
 
-
-def completer() -> tuple[Any, Callable[[], object]]:
-    made = dynmesh.Completer(TORUS.faces, TORUS.vertices)
-    known = np.random.default_rng(0).random(len(TORUS.vertices)) < 0.1
-    return made, lambda: made.push(TORUS.vertices, known)
-
-
-def tracker() -> tuple[Any, Callable[[], object]]:
-    made = dynmesh.Tracker(TORUS.faces, TORUS.vertices)
-    scan = torus_scan(TORUS, TORUS.vertices)
-    return made, lambda: made.push(*scan)
-
-
-@pytest.mark.parametrize("make", [completer, tracker])
-def test_a_monitor_reads_reports_while_frames_run(
-    make: Callable[[], tuple[Any, Callable[[], object]]],
-) -> None:
+def test_a_monitor_reads_reports_while_frames_run() -> None:
     """Every read succeeds and is of one frame, also while the sequence is replaced."""
-    subject, push = make()
-    push()
+    torus = bumpy_torus(40)
+    subject = dynmesh.Completer(torus.faces, torus.vertices)
+    known = np.random.default_rng(0).random(len(torus.vertices)) < 0.1
+    subject.push(torus.vertices, known)
     state = subject.state()
     is_busy, is_over = threading.Event(), threading.Event()
     reads: list[Any] = []
@@ -57,12 +39,13 @@ def test_a_monitor_reads_reports_while_frames_run(
 
     monitor = threading.Thread(target=watch)
     monitor.start()
-    changes = (push, push, lambda: subject.restore(state), lambda: subject.reset(TORUS.vertices))
     while len(reads) < 50 and not wrong:
-        for change in changes:
-            is_busy.set()
-            change()
-            is_busy.clear()
+        is_busy.set()
+        subject.push(torus.vertices, known)
+        subject.push(torus.vertices, known)
+        subject.restore(state)
+        subject.reset(torus.vertices)
+        is_busy.clear()
     is_over.set()
     monitor.join()
     assert wrong == []

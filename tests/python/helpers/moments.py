@@ -1,6 +1,5 @@
 """Subjects that move in scans, with what else happens: of each frame its truth and its scan."""
 
-from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -49,10 +48,6 @@ class Subject:
         self.size = float(np.ptp(self.frames[0], axis=0).max())
 
 
-Change = Callable[[Array, int], Array]
-"""Of positions (n, 3), in a frame."""
-
-
 def turned(degrees: float, points: Array, axis: str = "z") -> Array:
     middle = (points.min(axis=0) + points.max(axis=0)) / 2
     turn = Rotation.from_euler(axis, degrees, degrees=True)
@@ -82,61 +77,3 @@ def garbage(_: Subject, truth: Array, rng: np.random.Generator) -> Moment:
     low, high = truth.min(axis=0), truth.max(axis=0)
     spare = 0.2 * (high - low)
     return Moment(truth, (rng.uniform(low - spare, high + spare, (N_POINTS, 3)), None))
-
-
-class Camera(NamedTuple):
-    intrinsics: Array
-    pose: Array
-    side: int
-
-
-def cameras_around(subject: Subject, n: int, side: int = 120) -> list[Camera]:
-    """Cameras that look at the first frame from half above it."""
-    points = subject.frames[0]
-    middle = (points.min(axis=0) + points.max(axis=0)) / 2
-    extent = float(np.linalg.norm(np.ptp(points, axis=0)))
-    distance, made = 1.5 * extent, []
-    for i in range(n):
-        angle = 0.4 + 2 * np.pi * i / n
-        away = np.array([np.cos(angle), np.sin(angle), 0.4])
-        ahead = -away / np.linalg.norm(away)
-        right = np.cross(ahead, [0.0, 0, 1])
-        right /= np.linalg.norm(right)
-        pose = np.eye(4)
-        pose[:3, :3] = np.stack([right, np.cross(ahead, right), ahead], axis=1)
-        pose[:3, 3] = middle - distance * ahead
-        focal = side * distance / extent
-        intrinsics = np.array([[focal, 0, side / 2], [0, focal, side / 2], [0, 0, 1]])
-        made.append(Camera(intrinsics, pose, side))
-    return made
-
-
-def depth_of(points: Array, camera: Camera) -> Array:
-    """The depth image of dense points: of each pixel, that of the nearest one."""
-    seen = (points - camera.pose[:3, 3]) @ camera.pose[:3, :3]
-    pixels = seen[:, :2] / seen[:, 2:] * camera.intrinsics[0, 0] + camera.side / 2
-    columns, rows = np.rint(pixels).astype(int).T
-    within = (seen[:, 2] > 0) & (np.stack([columns, rows]).min(axis=0) >= 0)
-    within &= np.stack([columns, rows]).max(axis=0) < camera.side
-    image = np.full((camera.side, camera.side), np.inf)
-    np.minimum.at(image, (rows[within], columns[within]), seen[within, 2])
-    image[~np.isfinite(image)] = 0
-    return image
-
-
-def photographed(
-    subject: Subject,
-    truth: Array,
-    cameras: list[Camera],
-    rng: np.random.Generator,
-    noise: float = 0.0,
-) -> Moment:
-    """Depth images, whose noise has this size in mean edges."""
-    points, _ = scan_of(Mesh(subject.faces, truth), truth, 60_000, rng)
-    images = []
-    for camera in cameras:
-        image = depth_of(points, camera)
-        image += (image > 0) * noise * rng.normal(size=image.shape)
-        images.append(image.astype(np.float32))
-    known = [camera.intrinsics for camera in cameras], [camera.pose for camera in cameras]
-    return Moment(truth, images=(images, *known))

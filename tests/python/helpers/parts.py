@@ -30,6 +30,14 @@ def turned(axis: tuple[float, float, float], angle: float, points: Array, about:
     return np.asarray(rotation.apply(points - about) + about)
 
 
+def on_joints(x: Array, frame: int, link: int) -> Array:
+    """Moves a link of a chain along x, each of which turns on the one before."""
+    for joint in range(link, -1, -1):
+        about = np.array([0.98 * joint - 0.49, 0, 0])
+        x = turned((0, 0.3, 1), 0.05 * frame * (1 if joint % 2 else 0.6), x, about)
+    return x
+
+
 def joined(parts: list[Part], n: int) -> tuple[NDArray[np.int64], Array, NDArray[np.int64]]:
     """The faces, the frames (n, k, 3), and the number of the part of each vertex."""
     whole = join(*(part.mesh for part in parts))

@@ -265,37 +265,6 @@ def test_a_negative_focal_length_mirrors_the_image(axis: int, tmp_path: Path) ->
     np.testing.assert_allclose(sorted(found.tolist()), sorted(expected.tolist()), atol=1e-6)
 
 
-@pytest.mark.parametrize("named", ["{c}/depth/{n:06d}", "{c}/data/raw/{n}", "depth/{c}/{n:06d}"])
-@pytest.mark.parametrize("names", [("cam0", "cam1"), ("left_ir", "right_ir")])
-def test_any_folder_of_an_image_may_name_its_camera(
-    named: str, names: tuple[str, str], tmp_path: Path
-) -> None:
-    cameras = [replace(c, name=n) for c, n in zip(a_rig(2).cameras, names, strict=True)]
-    write_cameras(tmp_path / "cameras.json", Rig(tuple(cameras)))
-    for number in range(3):
-        for camera in names:
-            for kind in ("depth", "color"):
-                place = named.replace("depth", kind).format(c=camera, n=number)
-                if kind not in place:
-                    continue
-                file = tmp_path / f"{place}.png"
-                file.parent.mkdir(parents=True, exist_ok=True)
-                value = 1000 * (names.index(camera) + 1) + number
-                image = Image.new("I;16", (8, 6), value)
-                file.write_bytes(saved(image if kind == "depth" else Image.new("RGB", (8, 6))))
-            if "depth" not in named:
-                file = tmp_path / f"{named.format(c=camera, n=number)}.png"
-                file.parent.mkdir(parents=True, exist_ok=True)
-                value = 1000 * (names.index(camera) + 1) + number
-                file.write_bytes(saved(Image.new("I;16", (8, 6), value)))
-    pattern = named.replace("{c}", "*").replace("{n:06d}", "*").replace("{n}", "*")
-    for path in (tmp_path, tmp_path / f"{pattern}.png"):
-        for number, scan in enumerate(open_scans(path, cameras=tmp_path / "cameras.json")):
-            assert isinstance(scan, DepthScan)
-            seen = [round(1000 * float(depth[0, 0])) for depth in scan.depth]
-            assert seen == [1000 + number, 2000 + number]
-
-
 def test_images_of_tum_are_read_where_their_list_is(tmp_path: Path) -> None:
     tum(tmp_path, POSES)
     reader = open_scans(tmp_path, cameras=stated(tmp_path))

@@ -255,14 +255,6 @@ def test_right_cameras_are_not_blamed_for_what_sensors_measure_at_edges(tmp_path
     run("rig", tmp_path / "depth", "--template", tmp_path / "body.obj")
 
 
-def test_the_file_that_was_read_is_not_replaced(folder: Path) -> None:
-    read = folder / "depth" / "cameras.json"
-    before = read.read_bytes()
-    words = ("rig", folder / "depth", "--template", folder / "body.obj", "-o", read, "--overwrite")
-    assert "is the input" in run(*words, code=1).stderr
-    assert read.read_bytes() == before
-
-
 def test_tracking_names_the_command_with_its_options(folder: Path, tmp_path: Path) -> None:
     """Which runs as it is printed, twice."""
     scans, body = folder / "depth", folder / "body.obj"

@@ -210,24 +210,38 @@ def test_a_camera_with_other_images_only_is_refused(tmp_path: Path) -> None:
     assert_refused(files[0], told, lambda _: open_scans(folder))
 
 
-@pytest.mark.parametrize("named", ["{camera}/{n}", "{camera}/frame_{n}", "{camera}/d_{n}_{camera}"])
-@pytest.mark.parametrize("names", ["01", "ab"])
-def test_each_camera_may_have_a_folder(tmp_path: Path, named: str, names: str) -> None:
+@pytest.mark.parametrize(
+    ("named", "names"),
+    [
+        ("{camera}/{n}", ("0", "1")),
+        ("{camera}/frame_{n}", ("a", "b")),
+        ("{camera}/d_{n}_{camera}", ("0", "1")),
+        ("{camera}/data/raw/{n}", ("cam0", "cam1")),
+        ("{camera}/depth/{n:06d}", ("left_ir", "right_ir")),
+        ("depth/{camera}/{n:06d}", ("cam0", "cam1")),
+    ],
+)
+def test_any_folder_of_an_image_may_name_its_camera(
+    tmp_path: Path, named: str, names: tuple[str, str]
+) -> None:
+    """Beside colour images in folders of the same names, which are not read."""
     rig = Rig(tuple(replace(c, name=n) for c, n in zip(a_rig(2).cameras, names, strict=True)))
     write_cameras(tmp_path / "cameras.json", rig)
     for number in range(2):
         for camera in names:
             file = tmp_path / (named.format(camera=camera, n=number) + ".png")
-            file.parent.mkdir(exist_ok=True)
+            colours = tmp_path / "colours" / "0.png"
+            if "depth" in named:
+                colours = Path(str(file).replace("depth", "color"))
+            for made in (file, colours):
+                made.parent.mkdir(parents=True, exist_ok=True)
             file.write_bytes(saved(Image.new("I;16", (8, 6), 1000 + number)))
+            colours.write_bytes(saved(Image.new("RGB", (8, 6))))
     expected = [[(camera, 1 + number / 1000) for camera in names] for number in range(2)]
     assert seen(open_scans(tmp_path)) == expected
-    glob = open_scans(tmp_path / "*" / "*.png", cameras=tmp_path / "cameras.json")
+    pattern = named.format(camera="*", n=0).replace("000000", "*").replace("0", "*")
+    glob = open_scans(tmp_path / f"{pattern}.png", cameras=tmp_path / "cameras.json")
     assert seen(glob) == expected
-    colours = tmp_path / "colours" / "0.png"
-    colours.parent.mkdir()
-    colours.write_bytes(saved(Image.new("RGB", (8, 6))))
-    assert seen(open_scans(tmp_path)) == expected
     write_cameras(tmp_path / "one.json", Rig(rig.cameras[:1]))
     one = open_scans(tmp_path, cameras=tmp_path / "one.json")
     assert seen(one) == [scans[:1] for scans in expected]

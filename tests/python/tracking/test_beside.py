@@ -51,15 +51,6 @@ def test_it_is_written_with_the_frames_or_not_at_all(
     assert words[-1].read_text() != "of another program"
 
 
-def test_reports_write_tables_and_pages(scans: Path, tmp_path: Path) -> None:
-    tracked = dynmesh.track(scans / "points", template=scans / "body.obj").read()
-    tracked.report.write_csv(tmp_path / "quality.csv")
-    assert len((tmp_path / "quality.csv").read_text().splitlines()) == 3
-    scan = scans / "points" / "frame_00000.ply"
-    dynmesh.register(scans / "body.obj", scan).read().report.page(tmp_path / "page.html")
-    assert "body.obj registered with" in (tmp_path / "page.html").read_text()
-
-
 def test_tracked_frames_never_come_among_the_scans(scans: Path, tmp_path: Path) -> None:
     (tmp_path / "linked").symlink_to(scans / "points")
     before = sorted((scans / "points").iterdir())

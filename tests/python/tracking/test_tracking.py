@@ -3,7 +3,6 @@
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -61,29 +60,6 @@ def test_noise_does_not_accumulate(rng: np.random.Generator) -> None:
     errors = [error(mesh, mesh.vertices, tracker.push(*scan)) for scan in scans]
     assert max(errors) < 0.05
     assert np.mean(errors[20:]) < 1.3 * np.mean(errors[:20])
-
-
-@pytest.mark.parametrize("settings", [{}, {"resolution": 150}, {"uncertainty": True}])
-@pytest.mark.parametrize("is_trained", [False, True])
-def test_a_state_undoes_the_frames_after_it(
-    settings: dict[str, Any], is_trained: bool, rng: np.random.Generator
-) -> None:
-    """Its tracker goes on with what it made of frame 0, whatever came in between."""
-    mesh = bumpy_torus(24)
-    training = np.stack([bent(mesh.vertices, 0.1 * n) for n in range(5)]) if is_trained else None
-    tracker = Tracker(mesh.faces, mesh.vertices, training=training, **settings)
-    new = tracker.state()
-    scans = [scan_of(mesh, bent(mesh.vertices, 0.1 * n), 1500, rng) for n in range(4)]
-    tracker.push(*scans[0])
-    state = tracker.state()
-    first, *_ = [tracker.push(*scan) for scan in scans[1:]]
-    tracker.restore(state)
-    assert tracker.state() == state
-    np.testing.assert_array_equal(tracker.push(*scans[1]), first)
-    tracker.reset(mesh.vertices)
-    assert tracker.state() == new
-    tracker.push(*scans[0])
-    np.testing.assert_array_equal(tracker.push(*scans[1]), first)
 
 
 def test_signs_of_estimated_normals_mean_nothing(rng: np.random.Generator) -> None:

@@ -12,10 +12,8 @@ from moments import (
     Moment,
     Subject,
     among,
-    cameras_around,
     garbage,
     measured,
-    photographed,
     plane,
     turned,
 )
@@ -23,7 +21,7 @@ from scans_of_meshes import TORUS, bent, edge, error, person, scan
 from scipy.spatial.transform import Rotation
 
 import dynmesh
-from dynmesh import _core
+from dynmesh import _core, losses
 from dynmesh.tracking.quality import Counts, Fits
 
 MESH, _ = person()
@@ -123,9 +121,9 @@ def growing(sizes: list[float], subject: Subject, rng: np.random.Generator) -> M
         yield measured(subject, size * (subject.frames[0] - middle) + middle, rng)
 
 
-def beside_a_chest(subject: Subject, rng: np.random.Generator) -> Moments:
+def beside_a_chest(degrees: float, subject: Subject, rng: np.random.Generator) -> Moments:
     aside = 1.2 * subject.size * np.array([1, 0, 0])
-    for moment in moving(subject, rng):
+    for moment in turning(degrees, subject, rng):
         yield among(moment, *plane(moment.truth.mean(axis=0) + aside, subject.size / 3, 3000, rng))
 
 
@@ -147,17 +145,15 @@ def on_another(subject: Subject, rng: np.random.Generator) -> Moments:
 
 
 def with_depth(
-    subject: Subject,
-    rng: np.random.Generator,
-    *,
-    cameras: int = 1,
-    noise: float = 0.0,
-    degrees: float = 0.0,
+    subject: Subject, _: Any, *, cameras: int = 1, noise: float = 0.0, degrees: float = 0.0
 ) -> Moments:
-    rig = cameras_around(subject, cameras)
-    for n, truth in enumerate(subject.frames[1:]):
-        where = truth if n < 2 else turned(degrees, truth)
-        yield photographed(subject, where, rig, rng, noise)
+    orbit: Any = {"degrees_per_frame": 23, "elevation": 22, "distance": 1.5}
+    around = losses.orbit(subject.frames[0], cameras, **orbit)(1)
+    truths = [turned(degrees if n > 2 else 0, frame) for n, frame in enumerate(subject.frames)]
+    options: Any = {"noise": noise, "width": 120, "height": 120}
+    images = losses.depth_images(truths, subject.faces, around, **options)
+    for truth, seen in list(zip(truths, images, strict=True))[1:]:
+        yield Moment(truth, images=seen)
 
 
 def from_one_side(tells: bool, subject: Subject, rng: np.random.Generator) -> Moments:
@@ -243,10 +239,8 @@ STORIES = {
     "a hand grows slowly": Story("hand", part(growing, [1.02**n for n in range(8)]), "g", 8),
     "another unit": Story("torus", part(growing, [1.0, 1, 1.3, 1.3, 1.3]), "ggn"),
     "another unit for a frame": Story("torus", part(growing, [1.0, 1, 1.3, 1, 1]), "ggn.g"),
-    "a chest beside it": Story("hand", beside_a_chest, "g"),
-    "a chest beside it, turned": Story(
-        "hand", lambda subject, rng: chest_and_turn(subject, rng), "ggn"
-    ),
+    "a chest beside it": Story("hand", part(beside_a_chest, 0), "g"),
+    "a chest beside it, turned": Story("hand", part(beside_a_chest, 150), "ggn"),
     "a table of 8 %": Story("hand", part(on_a_table, 0.08), "g"),
     "a table of 40 %": Story("bust", part(on_a_table, 0.4), "g"),
     "a second one touches it": Story("hand", on_another, "g"),
@@ -265,12 +259,6 @@ STORIES = {
     "inside out": Story("hand", part(with_normals, lambda normals: -normals), "n"),
     "few points": Story("hand", part(sparse, 600), "g"),
 }
-
-
-def chest_and_turn(subject: Subject, rng: np.random.Generator) -> Moments:
-    aside = 1.2 * subject.size * np.array([1, 0, 0])
-    for moment in turning(150, subject, rng):
-        yield among(moment, *plane(moment.truth.mean(axis=0) + aside, subject.size / 3, 3000, rng))
 
 
 @pytest.mark.parametrize("name", STORIES)
