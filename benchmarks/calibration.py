@@ -14,7 +14,7 @@ import numpy as np
 
 from dynmesh import Completer, losses
 from dynmesh._arrays import Mask
-from dynmesh.evaluation import Calibrating, Calibration
+from dynmesh.verbs.evaluate import Calibrating, Calibration
 
 from .harness import ABSENT, Table, by_row_and_column, progress, sequences
 from .subjects import Subject, losses_of

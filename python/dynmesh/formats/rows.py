@@ -1,6 +1,12 @@
 """Arrays by name, in NumPy's own format, read and written row by row.
 
 `vertices` and the attributes of vertices have one row per frame; all others exist once.
+
+`.npy` holds the positions as one array (n, k, 3). The other arrays are in separate files:
+`NAME.faces.npy` and, optionally, `NAME.known.npy`, `NAME.generation.npy`, `NAME.age.npy`,
+`NAME.standard_error.npy` and, as a text, what the standard errors are of,
+`NAME.standard_error_of.npy`. Frames per second, polygons, the up axis, the name of the mesh, the
+unit and the number of the first frame cannot be stored.
 """
 
 import contextlib
@@ -14,14 +20,15 @@ from pathlib import Path
 from typing import IO, Any
 
 import numpy as np
-from numpy.lib import format as npy
+from numpy.lib import format as npy_lib
 from numpy.typing import NDArray
 
 from .._checks import native
-from .._errors import InputError, of_library
+from .._errors import InputError, naming, of_library
 from ..frame import FileFrames, Frame, Indices
 from ..header import ATTRIBUTES, Header, check_faces, check_needed, check_vertices
 from ..polygons import Polygons
+from .format import ARRAYS, Format, Template, find_template
 
 per_frame = ("vertices", *ATTRIBUTES)
 single = ("fps", "up_axis", "name", "start", "metres_per_unit", "standard_error_of")
@@ -109,12 +116,12 @@ _TRIED = "is not an array or a mask of NumPy, or its header is damaged"
 def read_header(file: IO[bytes]) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
     """Reads the header, up to the first number: the shape, whether it is by columns, the dtype."""
     with of_library(_TRIED):
-        version = npy.read_magic(file)
+        version = npy_lib.read_magic(file)
     length = int.from_bytes(file.read(4 if version > (1, 0) else 2), "little")
     if length > longest_header:  # NumPy allocates memory before it checks
         raise InputError(f"is damaged: its header would have {length} bytes")
-    file.seek(npy.MAGIC_LEN)
-    read = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
+    file.seek(npy_lib.MAGIC_LEN)
+    read = npy_lib.read_array_header_1_0 if version == (1, 0) else npy_lib.read_array_header_2_0
     with warnings.catch_warnings(action="ignore", category=UserWarning), of_library(_TRIED):
         shape, by_columns, dtype = read(file)  # the warning is of Python 2
     if dtype.hasobject:
@@ -217,9 +224,81 @@ def write_rows(files: Mapping[str, Path], header: Header, frames: Iterable[Frame
         opened: dict[str, IO[bytes]] = {}
         for name, (shape, dtype) in kinds_per_frame(header).items():
             opened[name] = stack.enter_context(files[name].open("wb"))
-            kind = npy.dtype_to_descr(dtype)
+            kind = npy_lib.dtype_to_descr(dtype)
             described = {"descr": kind, "fortran_order": False, "shape": shape}
-            npy.write_array_header_1_0(opened[name], described)
+            npy_lib.write_array_header_1_0(opened[name], described)
         for frame in frames:
             for name, row in rows_of(frame).items():
                 opened[name].write(np.ascontiguousarray(row).data)
+
+
+def _path_of(name: str, path: Path) -> Path:
+    """Returns the path of the array with that name if the positions are at `path`."""
+    return path if name == "vertices" else path.with_name(f"{path.stem}.{name}.npy")
+
+
+class NpyFrames(RowsFrames):
+    """A sequence in an array of positions, with other arrays beside it."""
+
+    def __init__(self, path: Path, faces: Template | None) -> None:
+        self._positions = path
+        with self._open_rows("vertices") as vertices:
+            check_vertices(vertices.dtype, vertices.shape)
+        self._arrays = [name for name in per_frame if _path_of(name, path).exists()]
+        for name in self._arrays[1:]:
+            with naming(_path_of(name, path)), self._open_rows(name) as rows:
+                ATTRIBUTES[name].check(rows.dtype, rows.shape, vertices.shape[:2])
+        check_needed(self._arrays)
+        n_frames, n_vertices, _ = vertices.shape
+        template = find_template(faces, n_vertices, {_path_of("faces", path): _load_faces})
+        read = [*(_path_of(name, path) for name in self._arrays), *template.files]
+        errors: Any = "position"
+        if (beside := _path_of("standard_error_of", path)).exists():
+            read.append(beside)
+            with naming(beside):
+                errors = str(load_array(beside))
+        header = Header(
+            faces=template.faces,
+            n_frames=n_frames,
+            n_vertices=n_vertices,
+            dtype=vertices.dtype.newbyteorder("="),
+            polygons=template.polygons,
+            up_axis=template.metadata.up_axis,
+            metres_per_unit=template.metadata.metres_per_unit,
+            attributes=self._arrays[1:],
+            standard_error_of=errors,
+        )
+        super().__init__(path, header, read)
+
+    def _open_rows(self, name: str) -> contextlib.AbstractContextManager[Rows]:
+        return open_rows(_path_of(name, self._positions))
+
+
+def _load_faces(path: Path) -> Template:
+    faces = load_array(path)
+    check_faces(faces.dtype, faces.shape)
+    return Template(faces, None, None, files=(path,))
+
+
+def write_npy(path: Path, header: Header, frames: Iterable[Frame]) -> None:
+    """Writes the arrays of a sequence beside one another."""
+    np.save(_path_of("faces", path), header.faces)
+    if header.has_standard_error:
+        np.save(_path_of("standard_error_of", path), header.standard_error_of)
+    write_rows({name: _path_of(name, path) for name in per_frame}, header, frames)
+
+
+def _existing(path: Path, _: Header) -> list[Path]:
+    arrays = (*per_frame, "faces", "standard_error_of")
+    return [file for name in arrays if (file := _path_of(name, path)).exists()]
+
+
+npy = Format(
+    "npy",
+    (".npy",),
+    NpyFrames,
+    write_npy,
+    ARRAYS,
+    frozenset({"faces"}),
+    existing=_existing,
+)

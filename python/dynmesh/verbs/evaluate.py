@@ -1,18 +1,307 @@
 """The error of a whole completed sequence."""
 
 import contextlib
-from collections.abc import Iterable
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import astuple, dataclass, field
+from itertools import islice, repeat
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
-from .._checks import check_choice
-from .._errors import InputError
+from .. import metrics
+from .._checks import check_choice, path_of
+from .._errors import InputError, locating
 from .._options import Input
-from ..evaluation import Evaluation, Only, measured, suspicions
+from .._report import Report, counted, tracked, write_csv
 from ..formats import OneSequence, PathLike, Source, opened
-from ..formats.comparison import check_comparable, remarks_of
-from ..frame import Frames
+from ..formats.comparison import check_comparable, check_same_size, remarks_of
+from ..formats.times import indices_of
+from ..frame import Frame, Frames, check_whole
 from ..polygons import Faces
+
+Floats = NDArray[np.floating[Any]]
+
+
+WITHIN_50, WITHIN_90 = 1.538, 2.5
+"""The standard errors of a coordinate within which these shares of the distances lie: the roots of
+the quantiles of a chi-squared distribution with three degrees of freedom."""
+
+FEWEST = 10
+"""Frames with fewer filled-in vertices have no rank correlation."""
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """How well standard errors describe true errors, over the filled-in vertices of all frames.
+
+    Attributes:
+        vertices: the number of filled-in vertices with a finite standard error, over all frames.
+        coverage_50: the share of them whose error is at most 1.538 standard errors: 0.5 if the
+            standard errors are right.
+        coverage_90: the same for 2.5 standard errors: 0.9.
+        rms_ratio: the root mean square error over the root mean square standard error of a
+            position, which is that of a coordinate times the root of 3: 1, and more if the standard
+            errors are too small. NaN if all of them are 0.
+        rank_correlation: Spearman's rank correlation of error and standard error, the mean over
+            frames; None if no frame has one.
+        generation_correlation: the same for generations in place of standard errors.
+    """
+
+    vertices: int
+    coverage_50: float
+    coverage_90: float
+    rms_ratio: float
+    rank_correlation: float | None
+    generation_correlation: float | None
+
+
+class Calibrating:
+    """Gathers a :class:`Calibration`, one frame at a time."""
+
+    def __init__(self) -> None:
+        self._vertices = 0
+        self._within = dict.fromkeys((WITHIN_50, WITHIN_90), 0)
+        self._errors = self._expected = 0.0
+        self._correlations: dict[str, list[float]] = {
+            name: [] for name in ("standard_error", "generation")
+        }
+
+    def add(
+        self,
+        error: Floats,
+        standard_error: Floats,
+        *,
+        filled: NDArray[np.bool_],
+        generation: NDArray[Any] | None = None,
+    ) -> None:
+        """Add a frame.
+
+        Args:
+            error: (k,) the distances from the true positions.
+            standard_error: (k,) in the same unit.
+            filled: (k,) the vertices that were filled in; others are left out, and so are those
+                without a finite standard error.
+            generation: (k,), to compare.
+        """
+        counted = filled & np.isfinite(standard_error)
+        off = error[counted].astype(np.float64)
+        bars = standard_error[counted].astype(np.float64)
+        self._vertices += len(off)
+        for factor in self._within:
+            self._within[factor] += int(np.count_nonzero(off <= factor * bars))
+        self._errors += float(off @ off)
+        self._expected += 3 * float(bars @ bars)
+        compared = {"standard_error": standard_error, "generation": generation}
+        for name, values in compared.items():
+            if (
+                values is not None
+                and (result := rank_correlation(off, values[counted])) is not None
+            ):
+                self._correlations[name].append(result)
+
+    def result(self) -> Calibration | None:
+        """Return what was found, or None if no vertex was filled in."""
+        if self._vertices == 0:
+            return None
+        ratio = math.sqrt(self._errors / self._expected) if self._expected > 0 else math.nan
+        half, most = (within / self._vertices for within in self._within.values())
+        means = [
+            float(np.mean(result)) if result else None for result in self._correlations.values()
+        ]
+        return Calibration(self._vertices, half, most, ratio, *means)
+
+
+def rank_correlation(a: Sequence[float] | Floats, b: Sequence[float] | Floats) -> float | None:
+    """Return Spearman's rank correlation; equal values have their mean rank.
+
+    None if there are fewer than :data:`FEWEST` values, or if all of one side are equal.
+    """
+    ranks = [_ranks(np.asarray(values)) for values in (a, b)]
+    if len(ranks[0]) < FEWEST:
+        return None
+    first, second = (of_side - of_side.mean() for of_side in ranks)
+    size = float(np.sqrt((first @ first) * (second @ second)))
+    return float(first @ second) / size if size > 0 else None
+
+
+def _ranks(values: NDArray[Any]) -> NDArray[np.float64]:
+    _, number, counts = np.unique(values, return_inverse=True, return_counts=True)
+    last = np.cumsum(counts)
+    return np.asarray((last - (counts - 1) / 2)[number], np.float64)
+
+
+_FRAMES_AT_ONCE = 32  # measured together, because each call builds the cells anew
+
+Only: TypeAlias = Literal["all", "missing"]
+
+
+@dataclass(frozen=True)
+class FrameErrors:
+    """Errors of a frame, in bounding-box diagonals of frame 0 of the reference.
+
+    Attributes:
+        frame: its number in the file of the completed sequence.
+        vertices: the number of vertices that were measured.
+        nmsve: the normalised mean square visual error (eq. 5), of all vertices.
+        mean: the mean distance between vertices and their true positions; NaN if there are none.
+        rms: the root mean square of the distances.
+        p99: the 99th percentile of the distances.
+        maximum: the largest distance.
+    """
+
+    frame: float
+    vertices: int
+    nmsve: float
+    mean: float
+    rms: float
+    p99: float
+    maximum: float
+
+
+def measured(
+    completed: Frames,
+    reference: Frames,
+    partial: Frames | None,
+    only: Only,
+    frames: slice | range | None,
+    progress: bool | None,
+) -> tuple[list[FrameErrors], float, Calibration | None]:
+    """Returns the errors of each frame, their unit, and how well standard errors describe them.
+
+    The arguments and errors are those of :func:`dynmesh.evaluate`.
+    """
+    check_comparable(completed, reference)
+    check_same_size(completed, reference)
+    numbers = range(1, reference.n_frames) or range(1)
+    if frames is not None:
+        numbers = indices_of(completed.header.numbers, frames)
+    unit = _diagonal(reference)
+    calibrating = Calibrating()
+    of_positions = completed.header.standard_error_of == "position"
+    each: list[FrameErrors] = []
+    ours_read = tracked(_whole(completed, numbers), len(numbers), "measuring", progress)
+    truths, observed = _whole(reference, numbers), _observed(partial, numbers)
+    rows = zip(numbers, ours_read, truths, observed, strict=True)
+    while stretch := list(islice(rows, _FRAMES_AT_ONCE)):
+        ours = np.stack([frame.points for _, frame, _, _ in stretch])
+        truth = np.stack([true.points for _, _, true, _ in stretch])
+        nmsve = metrics.nmsve(reference.faces, truth, ours)
+        distances = metrics.vertex_error(truth, ours)
+        for (number, frame, _, there), visual, error in zip(stretch, nmsve, distances, strict=True):
+            bars, generation = frame.standard_error, frame.generation
+            missing = generation != 0 if there is None else ~there
+            counted = error if only == "all" else error[missing]
+            each.append(_errors_of(completed.header.number(number), float(visual), counted, unit))
+            if of_positions and bars is not None and generation is not None:
+                calibrating.add(error, bars, filled=generation > 0, generation=generation)
+    if not any(errors.vertices for errors in each):
+        raise InputError("no vertex was missing in these frames", file=completed.path)
+    return each, unit, calibrating.result()
+
+
+def suspicions(completed: Frames, reference: Frames) -> Iterator[str]:
+    """Yields what is probably wrong with the choice of the sequences."""
+    if reference.header.has_provenance and not completed.header.has_provenance:
+        yield (
+            "the reference holds generations, and the completed sequence holds none: were they "
+            "exchanged? The completed one comes first"
+        )
+    ours, truth = completed.header, reference.header
+    for frame in range(ours.n_frames):
+        if ours.number(frame) != truth.number(frame):
+            which = f"frame {frame} from the first on" if frame else "the first frame"
+            yield (
+                f"{which} of {completed.path.name} is number {ours.number(frame)}, and that of "
+                f"{reference.path.name} is {truth.number(frame)}: frames are compared in their "
+                "order"
+            )
+            return
+
+
+def _diagonal(reference: Frames) -> float:
+    (first,) = _whole(reference, range(1))
+    unit = metrics.bounding_box_diagonal(first.points)
+    if unit == 0:
+        raise InputError(
+            "all vertices are at one point", file=reference.path, frame=reference.header.number(0)
+        )
+    return unit
+
+
+def _observed(partial: Frames | None, numbers: range) -> Iterator[NDArray[np.bool_] | None]:
+    """The vertices that were observed in each frame; None where nothing says so."""
+    if partial is None:
+        return repeat(None, len(numbers))
+    frames = partial.frames(numbers.start, numbers.stop, numbers.step)
+    if partial.header.has_known:
+        return (frame.observed for frame in frames)
+    return (frame.observed & frame.points.any(axis=1) for frame in frames)
+
+
+def _errors_of(
+    number: float, visual: float, distances: NDArray[np.floating], unit: float
+) -> FrameErrors:
+    result = astuple(metrics.summary(distances)) if len(distances) else [math.nan] * 4
+    return FrameErrors(number, len(distances), visual / unit, *(x / unit for x in result))
+
+
+def _whole(reader: Frames, numbers: range) -> Iterator[Frame]:
+    frames = reader.frames(numbers.start, numbers.stop, numbers.step)
+    for number, frame in zip(numbers, frames, strict=True):
+        with locating(file=reader.path, frame=reader.header.number(number)):
+            check_whole(frame, "; the error is measured between complete sequences")
+        yield frame
+
+
+@dataclass(frozen=True, kw_only=True)
+class Evaluation(Report):
+    """Errors in bounding-box diagonals of frame 0 of the reference.
+
+    Attributes:
+        nmsve: the normalised mean square visual error (eq. 5), mean over the frames.
+        mean: the mean distance between vertices and their true positions.
+        rms: the root mean square of the distances in a frame, mean over the frames.
+        p99: the 99th percentile of the distances in a frame, mean over the frames.
+        maximum: the largest distance.
+        frames: the number of frames in which vertices were measured.
+        bounding_box_diagonal: the diagonal, in the unit of the positions.
+        calibration: how well the standard errors of the completed sequence describe its errors;
+            None if it has none of positions.
+        each: the errors of each frame.
+    """
+
+    nmsve: float
+    mean: float
+    rms: float
+    p99: float
+    maximum: float
+    frames: int
+    bounding_box_diagonal: float
+    calibration: Calibration | None
+    each: tuple[FrameErrors, ...] = field(default=(), repr=False)
+
+    def lines(self) -> list[str]:
+        """Says how large the errors are."""
+        rows = {
+            "NMSVE x 1e4": f"{1e4 * self.nmsve:.4g}",
+            "mean error": f"{self.mean:.4g}, root mean square {self.rms:.4g}",
+            "99th percentile": f"{self.p99:.4g}",
+            "maximum": f"{self.maximum:.4g}",
+            "measured": f"{counted(self.frames, 'frame')}, in bounding-box diagonals of the first, "
+            f"{self.bounding_box_diagonal:g}",
+        }
+        if (result := self.calibration) is not None:
+            rows["standard errors"] = (
+                f"the 90 % interval holds {100 * result.coverage_90:.3g} % of the errors, the 50 % "
+                f"interval {100 * result.coverage_50:.3g} %"
+            )
+        return [f"{name:18}{value}" for name, value in rows.items()] + super().lines()
+
+    def write_csv(self, path: PathLike) -> None:
+        """Writes a table with a row for each frame."""
+        write_csv(path_of("path", path), FrameErrors, self.each)
 
 
 def evaluate(

@@ -14,7 +14,7 @@ from bending_sheet import travelling
 from commands import dynmesh_command as run
 
 import dynmesh
-from dynmesh.evaluation import Calibrating
+from dynmesh.verbs.evaluate import Calibrating
 
 
 @pytest.mark.parametrize("noise", [None, 0.05])

@@ -18,7 +18,7 @@ from damage import damaged
 from sequences import sea
 
 import dynmesh
-import dynmesh.evaluation
+import dynmesh.verbs.evaluate
 from dynmesh import _core
 from dynmesh.formats.npz import NpzFrames
 from dynmesh.scans import depth_files
@@ -92,7 +92,7 @@ FAULTS: dict[str, tuple[Any, str, str]] = {
     "a completer": (dynmesh.Completer, "push", "complete partial.npz out.npz"),
     "a tracker": (dynmesh.Tracker, "push", "track scans out.npz --template body.ply"),
     "an image": (depth_files, "_check", "track images out.npz --template body.ply"),
-    "a report": (dynmesh.evaluation, "counted", "evaluate sea.npz sea.npz"),
+    "a report": (dynmesh.verbs.evaluate, "counted", "evaluate sea.npz sea.npz"),
 }
 
 
