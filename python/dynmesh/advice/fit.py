@@ -12,7 +12,7 @@ from ..registration import Landmarks
 from ..scan import Scan, inside_out
 from ..topology import size_of
 from ..tracking.background import Background, planes_around
-from ..tracking.units import Units
+from ..tracking.inputs import Units
 
 _MISPLACED = 0.03
 """Farther from its position than this share of the diagonal, a landmark is named."""

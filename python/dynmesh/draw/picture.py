@@ -15,8 +15,7 @@ from ..frame import Frames, frame_at
 from ..topology import assumed, likely_up
 from . import figures
 from .figures import SURFACE_COLOUR, Image, View
-from .heatmap import Heatmap, ShownFrame, stated_up, whole_faces
-from .quantities import Colour
+from .heatmap import Colour, Heatmap, ShownFrame, stated_up, whole_faces
 from .scales import Scale
 
 _MARGIN = 12

@@ -25,8 +25,16 @@ from .._errors import InputError, naming, within
 from ..formats.conversion import UNITS, metres_of
 from ..formats.names import Number
 from .matrices import intrinsics_of, inverted, pose_of, pose_or_lost
-from .other_cameras import as_cameras
-from .trajectories import Direction, Trajectory, between, is_lost, poses_beside, poses_in, within_of
+from .trajectories import (
+    Direction,
+    Trajectory,
+    as_cameras,
+    between,
+    is_lost,
+    poses_beside,
+    poses_in,
+    within_of,
+)
 
 _COEFFICIENTS = (4, 5, 8, 12, 14)
 """How many of them OpenCV knows: k1 k2 p1 p2, then k3, then k4 k5 k6, and so on."""

@@ -37,8 +37,7 @@ from .depth_files import (
     undistortion,
     without_mirrors,
 )
-from .image_files import image_names, images_by_camera, images_in
-from .pixels import Wanted
+from .image_files import Wanted, image_names, images_by_camera, images_in
 from .point_files import point_formats, read_points
 from .trajectories import Direction
 

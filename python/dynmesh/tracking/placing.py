@@ -24,7 +24,7 @@ from ..scans import Scan, ScanReader
 from ..topology import size_of
 from ..tracker import Tracker, TrackingReport
 from .background import Background
-from .units import Units
+from .inputs import Units
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING
 
 from .._checks import check_integer
 from .._options import Input, Method, Output
+from ..draw.heatmap import Alone, range_of
 from ..draw.picture import drawn, evenly_spaced
-from ..draw.quantities import Alone, range_of
 from ..formats import OneSequence, Source
 from ..formats.comparison import remarks_of
 from ..formats.times import index_of

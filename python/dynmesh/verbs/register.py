@@ -28,9 +28,7 @@ from ..scans import ScanReader, ScanSource
 from ..sequence import Sequence
 from ..topology import size_of
 from ..tracking.background import Background, Crop
-from ..tracking.landmarks import read_landmarks
-from ..tracking.single_scan import open_single
-from ..tracking.units import units_of
+from ..tracking.inputs import open_single, read_landmarks, units_of
 
 _LONG = ("vertices", "standard_error")
 """What :meth:`RegisterReport.to_dict` does not say of a result."""

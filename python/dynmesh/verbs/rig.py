@@ -15,15 +15,14 @@ from .._checks import path_of
 from .._errors import InputError
 from .._options import Input
 from .._report import Report, steps
-from ..advice.cameras import READINGS, Fit, fit_of
+from ..advice.cameras import READINGS, Fit, Surface, fit_of
 from ..advice.rig_page import rig_page
 from ..completion.start import template_of
 from ..formats import PathLike
 from ..scans import DepthScan, Rig, ScanReader, open_scans, write_cameras
 from ..scans.reader import DepthReader, ScanSource, read_rig
 from ..tracking.background import Background, Crop
-from ..tracking.surface import Surface
-from ..tracking.units import units_of
+from ..tracking.inputs import units_of
 
 _SCANS = 4
 """At most so many scans are compared, evenly over the sequence."""

@@ -29,10 +29,9 @@ from ..scans.writer import in_files
 from ..topology import mean_edge_of
 from ..tracker import Resolution, Tracker
 from ..tracking.background import Background, Crop
-from ..tracking.landmarks import read_landmarks
+from ..tracking.inputs import read_landmarks, units_of
 from ..tracking.placing import Placed, placed_in, push_scan
 from ..tracking.quality import Fits, FrameQuality
-from ..tracking.units import units_of
 
 _NAMED = 3
 """Lost images that are named."""

@@ -10,16 +10,16 @@ from .. import formats
 from .._checks import check_integer, path_of
 from .._errors import InputError
 from .._options import Input, Method
+from ..draw.heatmap import Colour, range_of
 from ..draw.page import Page, page, require_page, scan_factor
 from ..draw.page.pick import pick_page
-from ..draw.quantities import Colour, range_of
 from ..formats import OneSequence, PathLike, Source
 from ..formats.comparison import remarks_of
 from ..frame import Frames
 from ..header import Axis
 from ..scans import ScanReader, ScanSource, open_scans
 from ..tracking.background import Background, Crop, ScansWithoutBackground
-from ..tracking.single_scan import open_single
+from ..tracking.inputs import open_single
 
 
 def view(

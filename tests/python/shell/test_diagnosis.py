@@ -15,8 +15,7 @@ from meshes import Mesh, join, meshes, sheet
 
 import dynmesh
 from dynmesh import Sequence, losses, synth
-from dynmesh.advice.diagnosis import Diagnosis
-from dynmesh.advice.finding import KINDS
+from dynmesh.advice.diagnosis import KINDS, Diagnosis
 
 
 def moving(mesh: Mesh, n_frames: int = 16, dtype: Any = np.float64) -> Sequence:

@@ -17,8 +17,7 @@ from scipy.spatial.transform import Rotation
 import dynmesh
 from dynmesh.draw.figures import View
 from dynmesh.scans import PointScan, write_ply
-from dynmesh.tracking.landmarks import read_landmarks
-from dynmesh.tracking.single_scan import open_single
+from dynmesh.tracking.inputs import open_single, read_landmarks
 
 
 def written(folder: Path, rng: np.random.Generator) -> Array:

@@ -18,8 +18,7 @@ from ...frame import Frames, frame_at
 from ...scans import ScanReader, unit_of_scans
 from ...topology import assumed, likely_up
 from ..figures import View
-from ..heatmap import Heatmap, ShownFrame, stated_up
-from ..quantities import Colour, short_names
+from ..heatmap import Colour, Heatmap, ShownFrame, short_names, stated_up
 from .player import player
 from .simplify import thin
 from .verdicts import shown_verdicts

@@ -7,8 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..figures import KNOWN_COLOUR, SURFACE_COLOUR, View
-from ..heatmap import ShownFrame
-from ..quantities import Colour
+from ..heatmap import Colour, ShownFrame
 from ..scales import Scale
 from .document import (
     FIELD_OF_VIEW,

@@ -1,23 +1,88 @@
-"""One scan that is registered: a file of points, a mesh, or the depth images of one moment."""
+"""What tracking and registration are given: units of length, landmarks, a single scan."""
 
 from pathlib import Path
-from typing import Unpack
+from typing import Any, NamedTuple, Unpack
 
 import numpy as np
 
 from .. import formats
-from .._checks import check_number
-from .._errors import InputError
+from .._checks import check_integer, check_number, check_vector
+from .._errors import InputError, naming, within
 from .._report import listed
 from ..completion.start import template_of
+from ..formats.conversion import agreed
 from ..formats.ply import read_elements
-from ..scans import PointScan, ScanReader, open_scans, read_points
-from ..scans.cameras import Rig
+from ..frame import Frames
+from ..registration import Landmarks
+from ..scans import PointScan, ScanReader, open_scans, read_points, unit_of_scans
+from ..scans.cameras import Rig, json_in
 from ..scans.depth_files import SUFFIXES
-from ..scans.pixels import Wanted
+from ..scans.image_files import Wanted
 from ..scans.point_files import point_formats
 from ..scans.reader import ScanSource, read_rig
 from ..topology import vertex_normals
+
+
+class Units(NamedTuple):
+    """The metres in a unit of a template and of scans; None if they are unknown."""
+
+    template: float | None
+    scans: float | None
+
+    @property
+    def factor(self) -> float:
+        """The unit of the scans in that of the template; 1 if one of them is unknown."""
+        if self.template is None or self.scans is None:
+            return 1.0
+        return self.scans / self.template
+
+
+def units_of(
+    scans: ScanReader,
+    template: Frames,
+    scan_unit: float | str | None,
+    template_unit: float | str | None = None,
+    *,
+    assumes: bool = False,
+) -> Units:
+    """Returns the units of scans and a template, as their files state them or as they are given.
+
+    With `assumes`, a template without a unit is in that which the file of the scan states.
+    """
+    stated = template.header.metres_per_unit
+    own = agreed(stated, template_unit, "template_unit", template.path)
+    theirs = unit_of_scans(scans, scan_unit)
+    if assumes and scan_unit is None and own is None:
+        return Units(theirs, theirs)
+    if theirs is not None and own is None:
+        raise InputError(
+            f"states no unit, but the scans are in units of {theirs:g} m; state it by "
+            "`template_unit`, such as m",
+            file=template.path,
+        )
+    return Units(own, theirs)
+
+
+def read_landmarks(path: Path) -> Landmarks:
+    """Reads the landmarks of a JSON file."""
+    with naming(path):
+        given = json_in(path)
+        if not isinstance(given, list) or not given:
+            raise InputError("must be a list of landmarks, with at least one")
+        for number, one in enumerate(given):
+            with within(f"landmark {number}"):
+                _check(one)
+    return (
+        np.array([one["vertex"] for one in given]),
+        np.array([one["position"] for one in given], np.float64),
+    )
+
+
+def _check(given: Any) -> None:
+    if not isinstance(given, dict) or given.keys() != {"vertex", "position"}:
+        raise InputError(f"must have a vertex and a position and nothing else, not {given!r}")
+    check_integer("vertex", given["vertex"], 0, 2**31 - 1)
+    check_vector("position", given["position"])
 
 
 class SingleScan(ScanReader):
