@@ -1,12 +1,11 @@
-"""Makes the pictures of README and of three pages of docs, and that of docs/how_it_works.md.
+"""Makes the pictures of README and of three pages of docs.
 
-    python -m benchmarks.figures [--page PAGE] [--data FOLDER] [--out FOLDER] [--draft]
+    python -m benchmarks.figures [--page PAGE] [--out FOLDER] [--draft]
 
 writes OUT/PAGE/* for PAGE readme, method, training and track, or for one of them, from the
 built-in sequences, and for results from docs/tables; OUT is docs/figures unless it is given.
-With --data, it also writes
-OUT/how_it_works/* of a recording in that folder. Without libigl, its columns are left out. Takes
-about five minutes; a draft takes seconds, as it shows a small sheet instead.
+Without libigl, its columns are left out. Takes about five minutes; a draft takes seconds, as it
+shows a small sheet instead.
 """
 
 import argparse
@@ -16,16 +15,15 @@ import dynmesh
 
 from ..harness import DOCS
 from ..subjects import Subject
-from . import generations, how_it_works, latency, walker
+from . import charts, walker
 
-PAGES = ("how_it_works", "readme", "method", "training", "track", "results")
+PAGES = ("readme", "method", "training", "track", "results")
 
 
 def main() -> None:
     """Makes the pictures that are asked for."""
     parser = argparse.ArgumentParser(description="Makes the pictures of README and docs.")
     parser.add_argument("--page", choices=PAGES, help="of which; without it, of all")
-    parser.add_argument("--data", type=Path, metavar="FOLDER", help="also that of a recording")
     parser.add_argument("--out", type=Path, default=DOCS / "figures")
     parser.add_argument("--draft", action="store_true", help="show a small sheet instead")
     arguments = parser.parse_args()
@@ -35,12 +33,10 @@ def main() -> None:
         figure, other = dynmesh.synth.walker(), dynmesh.synth.walker(seed=1)
     subject, out = Subject("walker", figure.vertices, figure.faces, "z", 20), arguments.out
     for page in [arguments.page] if arguments.page else PAGES:
-        if page == "how_it_works" and arguments.data is not None:
-            how_it_works.draw(arguments.data, out)
-        elif page == "readme":
+        if page == "readme":
             walker.readme(subject, out)
         elif page == "method":
-            generations.draw(out)
+            charts.generations(out)
             walker.hidden_side(subject, out)
             walker.whole_frame(subject, out)
         elif page == "training":
@@ -48,7 +44,7 @@ def main() -> None:
         elif page == "track":
             walker.track(subject, out)
         elif page == "results":
-            latency.draw(out)
+            charts.latency(out)
 
 
 if __name__ == "__main__":
