@@ -86,7 +86,7 @@ def register(
             On ends of limbs, they find poses that are far from that of the template more often.
         align: whether the rigid motion is sought. If not, the template must be where the scan is.
         scale: whether the template may have another size than what was scanned, as in another unit
-            of length.
+            of length. Whole sizes are compared, so neither may be a part of the other.
         viewpoints: (c, 3) the positions of the sensors. Give them if they are known: what no sensor
             can see is then not compared with the scan.
         training: None, or other complete frames of the template, as for :class:`dynmesh.Tracker`.

@@ -90,14 +90,16 @@ def placed_in(
         f"({result.before * result.mean_edge:.3g} in its unit) away"
     )
 
+    size, diagonal = size_of(template[np.unique(faces)]), size_of(scan.cloud)
+    stated = sizes(diagonal / units.factor, size, units)
+
     def told(*faults: str) -> str:
         """What is wrong, what there is, and what can be done."""
-        seen = contents(scan, template, faces, room)
-        return "; ".join(filter(None, [*faults, seen, advice]))
+        is_small = stated and diagonal < size
+        seen = stated if is_small else contents(scan, template, faces, room)
+        return "; ".join(filter(None, [*dict.fromkeys([*faults, seen]), advice]))
 
     if result.other_unit:
-        size = size_of(template[np.unique(faces)])
-        stated = sizes(size_of(scan.cloud) / units.factor, size, units)
         raise InputError(told(away, stated), file=mesh.path)
     placed = partial(Placed, distance=result.before, advice=told)
     start, tracked = template, None

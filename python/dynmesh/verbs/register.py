@@ -49,20 +49,15 @@ class RegisterReport(Report):
     def lines(self) -> list[str]:
         """Says how well the scan fits."""
         result = self.registration
-        good = (
-            f"good; {result.far:.2%} of the points are far from the mesh; "
+        how = "good; " if self.quality == "good" else ""
+        fit = (
+            f"{how}{result.far:.2%} of the points are far from the mesh; "
             f"{100 * result.observed.mean():.3g} % of the vertices were seen"
         )
-        messages = [self.reason or good]
-        return [*messages, *self.remarks]
+        return [fit, *super().lines()]
 
     def page(self, path: PathLike) -> None:
-        """Writes an HTML file with the scan and the result, coloured by the distance to points.
-
-        Raises:
-            ImportError: the extra `view` is not installed.
-            OSError: it cannot be written.
-        """
+        """Writes an HTML file with the scan and the result, coloured by the distance to points."""
         path_of("path", path).write_text(self._show().html, encoding="utf-8")
 
     def to_dict(self) -> dict[str, Any]:
@@ -107,6 +102,7 @@ def registered(
             the mesh.
         align: whether to seek the rigid motion that puts the template into the scan.
         scale: whether the template may have another size than what was scanned, as in another unit.
+            Whole sizes are compared, so neither may be a part of the other.
         threads: the number of threads that may work; more than one helps from about 2 000
             vertices or points on.
         progress: whether to show on standard error how far it is.
@@ -133,10 +129,8 @@ def registered(
         mesh = stack.enter_context(_opened(template))
         units = units_of(reader, mesh, scan_unit, template_unit, assumes=True)
         own = template_of(mesh)
+        size = size_of(own[np.unique(mesh.faces)])
         first = np.asarray(own / units.factor, own.dtype)  # in the unit of the scan
-
-        def stated(left: Scan) -> str:
-            return sizes(size_of(left.cloud), size_of(own[np.unique(mesh.faces)]), units)
 
         def fit(left: Scan) -> Registration:
             try:
@@ -155,7 +149,8 @@ def registered(
                 message = str(error)
                 if "same unit" in message:
                     seen = contents(left, first, mesh.faces, room)
-                    message = "; ".join(filter(None, [stated(left) or message, seen]))
+                    stated = sizes(size_of(left.cloud), size, units)
+                    message = "; ".join(filter(None, [stated or message, seen]))
                 raise InputError(message, file=about) from error
 
         def make() -> Generator[Frame, None, RegisterReport]:
@@ -167,18 +162,21 @@ def registered(
                 result = fit(left)
                 remark = seen = ""
                 if scale:
-                    remark = (
-                        f"the template became {result.scale * result.growth:.3g} times as large"
-                    )
+                    times = result.scale * result.growth
+                    remark = f"the template became {times:.3g} times as large"
                 elif result.quality != "good":
+                    diagonal = size_of(left.cloud)
+                    remark = sizes(diagonal, size, units)
                     # A plane in the scan of a larger subject may be a part of it.
-                    if result.cause != "size":
+                    if result.cause != "size" and not (remark and diagonal * units.factor < size):
                         seen = contents(left, first, mesh.faces, room)
-                    remark = "" if seen else stated(left)
-                    if remark and result.cause != "part":
-                        remark += "; `scale` finds it in any size"
+                    remark = "" if seen else remark
+                    if remark:
+                        remark += (
+                            "; `scale` finds it in any size, if neither is a part of the other"
+                        )
             yield Frame(result.vertices)
-            reason = _reason(result, left, marks, align, seen)
+            reason = _reason(result, left, marks, align, seen, is_sized=bool(remark))
             return RegisterReport(
                 quality=result.quality,
                 reason=reason,
@@ -228,9 +226,18 @@ def _opened(template: OneSequence) -> Iterator[Frames]:
 
 
 def _reason(
-    registration: Registration, scan: Scan, landmarks: Landmarks | None, align: bool, seen: str
+    registration: Registration,
+    scan: Scan,
+    landmarks: Landmarks | None,
+    align: bool,
+    seen: str,
+    *,
+    is_sized: bool,
 ) -> str:
-    """The quality and its reason, and what to do about it; empty if it is good."""
+    """The quality and its reason, and what to do about it; empty if it is good.
+
+    `seen` is what else the scan shows; `is_sized` tells that a remark states the sizes.
+    """
     if registration.quality == "good":
         return ""
     wrong = seen
@@ -242,7 +249,9 @@ def _reason(
     elif (
         registration.cause in ("part", "place")
         and registration.hole > _core.large_hole
-        and _lacks_cameras(scan)
+        and isinstance(scan, PointScan)
+        and scan.viewpoints is None
+        and not is_sized
     ):
         message += "; `cameras` says which part could not be seen"
     elif registration.cause in ("pose", "place") and landmarks is None:
@@ -250,10 +259,6 @@ def _reason(
             "; landmarks say where points that are easy to find, such as ends and corners, belong"
         )
     return message
-
-
-def _lacks_cameras(scan: Scan) -> bool:
-    return isinstance(scan, PointScan) and scan.viewpoints is None
 
 
 @overload
