@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _core
-from ._arrays import Floats, Positions, triangles
+from ._arrays import Floats, Integers, Positions, triangles
 from ._checks import check_complete, check_integer
 from ._errors import InputError, locating, require
 from .polygons import Faces
@@ -64,6 +64,26 @@ def cells(faces: Faces, n_vertices: int) -> tuple[NDArray[np.int32], NDArray[np.
     """
     check_integer("n_vertices", n_vertices, 0, np.iinfo(np.int32).max)
     return _core.cells(triangles(faces, n_vertices), n_vertices)
+
+
+def edges_of(faces: Faces, n_vertices: int) -> Integers:
+    """Returns the vertices of each edge, (e, 2), the lesser first."""
+    offsets, neighbours = cells(faces, n_vertices)
+    own = np.repeat(np.arange(n_vertices), np.diff(offsets))
+    return np.stack([own, neighbours], axis=1)[own < neighbours]
+
+
+def components_of(edges: Integers, n_vertices: int) -> Integers:
+    """Returns the first vertex of the component of each vertex, (k,), as edges join them."""
+    first = np.arange(n_vertices)
+    while True:
+        lower = first.copy()
+        for one, other in (edges.T, edges.T[::-1]):
+            np.minimum.at(lower, one, first[other])
+        lower = lower[lower]
+        if np.array_equal(lower, first):
+            return first
+        first = lower
 
 
 if TYPE_CHECKING:

@@ -13,11 +13,11 @@ from .._arrays import Mask, Positions
 from .._errors import InputError
 from .._report import as_json, counted, few, few_frames, percent, runs_of, tracked
 from ..completer import Completer
-from ..completion.watched import Held, Places, edges_of, medians_at, parts_of
+from ..completion.watched import Held, Places, medians_at
 from ..frame import LARGEST, Frame, Frames
 from ..header import Header
 from ..metrics import bounding_box_diagonal
-from ..topology import TopologyReport, likely_up
+from ..topology import TopologyReport, components_of, edges_of, likely_up
 
 Severity = Literal["error", "warning"]
 """error: the sequence cannot be completed. warning: the result is less accurate, or the data is
@@ -375,7 +375,7 @@ class _Watch:
         # Where a surface stretches, all edges around become longer, too.
         k = len(points)
         torn = far & (longer > _FAR * medians_at(ends, longer, k, lower=True)[ends].min(axis=1))
-        whole, part = parts_of(ends, k), parts_of(ends[~torn], k)
+        whole, part = components_of(ends, k), components_of(ends[~torn], k)
         # A part that long edges tear off is astray, as holes are that were filled with one place.
         astray = 2 * np.bincount(part, minlength=k)[part] < np.bincount(whole, minlength=k)[whole]
         self._places["outliers"].add(number, astray)

@@ -6,13 +6,12 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .._arrays import Floats, Integers, Mask, Positions
 from .._report import counted, few, few_frames
 from ..frame import Frame, Frames
 from ..header import Header
-from ..topology import cells
+from ..topology import components_of, edges_of
 
 _MANY_TIMES = 5.0
 _LEAST = 1e-3
@@ -26,26 +25,6 @@ _ENOUGH = 100
 _SECOND = 12 * 2.366
 """Of independent errors, the median square of a second difference of an edge, in variances: two
 ends, of which each has 1 + 4 + 1, times the median of chi-squared with three degrees of freedom."""
-
-
-def edges_of(faces: NDArray[np.integer[Any]], n_vertices: int) -> Integers:
-    """Returns the vertices of each edge, (e, 2) int64, the lesser first."""
-    offsets, neighbours = cells(faces, n_vertices)
-    own = np.repeat(np.arange(n_vertices), np.diff(offsets))
-    return np.stack([own, neighbours], axis=1)[own < neighbours].astype(np.int64)
-
-
-def parts_of(edges: Integers, n_vertices: int) -> Integers:
-    """Returns the number of the first vertex of the part of each vertex, as edges join them."""
-    part = np.arange(n_vertices)
-    while True:
-        least = part.copy()
-        for one, other in (edges.T, edges.T[::-1]):
-            np.minimum.at(least, one, part[other])
-        least = least[least]
-        if np.array_equal(least, part):
-            return part
-        part = least
 
 
 def medians_at(edges: Integers, values: Floats, n_vertices: int, *, lower: bool = False) -> Floats:
@@ -125,7 +104,7 @@ class Held:
         apart = np.linalg.norm(motion[edges[:, 0]] - motion[edges[:, 1]], axis=1)
         stays = same[edges]
         moved, border = ~stays.any(axis=1), stays[:, 0] != stays[:, 1]
-        part = parts_of(edges[stays.all(axis=1)], len(points))
+        part = components_of(edges[stays.all(axis=1)], len(points))
         ends = edges[border]
         inside, outside = ends[stays[border]], ends[~stays[border]]
         usual = medians_at(edges[moved], apart[moved], len(points))[outside]

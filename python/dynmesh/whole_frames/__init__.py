@@ -4,7 +4,6 @@ The steps are those of docs/method.md, "A whole frame out of incomplete ones". T
 chosen by trials on recorded and simulated sequences.
 """
 
-import sys
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
@@ -13,8 +12,8 @@ from numpy.typing import NDArray
 
 from .. import _arrays
 from .._arrays import Mask, Positions
-from .._checks import check_flags, check_integer, check_number
-from .._errors import DynmeshError, InputError, SettingError
+from .._checks import check_flags, check_integer, check_positive
+from .._errors import DynmeshError, InputError
 from .._report import steps
 from ..frame import Frames, check_any
 from ..polygons import Faces
@@ -88,9 +87,7 @@ def whole_frame(
     if number is not None:
         check_integer("frame", number, 0)
     if noise is not None:
-        check_number("noise", noise)
-        if not 0 < noise <= sys.float_info.max:
-            raise SettingError(f"must be positive and finite, not {noise:.9g}", argument="noise")
+        check_positive("noise", noise)
     check_flags(outliers=outliers)
     check_integer("threads", threads, 1, 256)
     reader = _frames_of(faces, frames, known)

@@ -10,6 +10,7 @@ from .. import _arrays
 from .._arrays import Floats, Mask
 from ..baselines import LaplacianInterpolation
 from ..completer import Completer
+from ..topology import components_of
 from .window import Lengths, Mesh, Window, deviation_of
 
 
@@ -19,7 +20,8 @@ def known_parts(mesh: Mesh, window: Window) -> tuple[Floats, Mask]:
     A component of which it knows fewer than four vertices comes from the frame that knows most of
     them, moved rigidly to the vertices that both frames know.
     """
-    component, k = mesh.components(), window.known.shape[1]
+    k = window.known.shape[1]
+    component = components_of(mesh.edges, k)
     fixed = window.known[window.base].copy()
     positions = np.where(fixed[:, None], window.positions[window.base], 0).astype(np.float64)
     most = here = np.bincount(component[fixed], minlength=k)

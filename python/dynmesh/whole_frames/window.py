@@ -10,7 +10,7 @@ from .. import _arrays
 from .._arrays import Floats, Integers, Mask, Positions
 from .._errors import InputError
 from ..frame import LARGEST, Frame, Frames
-from ..topology import cells
+from ..topology import cells, edges_of
 
 
 class Mesh:
@@ -22,8 +22,7 @@ class Mesh:
             raise InputError(message, argument="faces")
         self.triangles = triangles
         self.offsets, self.neighbours = cells(triangles, n_vertices)
-        vertices = np.repeat(np.arange(n_vertices), np.diff(self.offsets))
-        self.edges = np.stack([vertices, self.neighbours], axis=1)[vertices < self.neighbours]
+        self.edges = edges_of(triangles, n_vertices)
 
     def beside(self, vertices: Integers) -> tuple[Integers, Integers]:
         """The neighbours of some vertices: for each, its place among them and the neighbour."""
@@ -42,18 +41,6 @@ class Mesh:
             distance[near] = distance[reached[0]] + 1
             reached = near
         return distance
-
-    def components(self) -> Integers:
-        """(k,) the smallest vertex of the component of each vertex."""
-        smallest = np.arange(len(self.offsets) - 1)
-        while True:
-            lower = smallest.copy()
-            for a, b in (self.edges.T, self.edges.T[::-1]):
-                np.minimum.at(lower, smallest[a], smallest[b])
-            lower = lower[lower]
-            if np.array_equal(lower, smallest):
-                return smallest
-            smallest = lower
 
     def pairs_two_edges_apart(self) -> Integers:
         """(p, 2) pairs of vertices that share a neighbour but no edge, each once."""
