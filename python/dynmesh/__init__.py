@@ -58,27 +58,18 @@ if TYPE_CHECKING:
     from .verbs.view import view as view
 
 _HOMES = {
-    "Completer": "completer",
-    "DoubtfulWarning": "errors",
-    "DynmeshError": "errors",
-    "Frame": "frames",
-    "Frames": "frames",
-    "Header": "frames",
-    "Sequence": "sequence",
-    "Tracker": "tracker",
-    "complete": "verbs.complete",
-    "convert": "verbs.convert",
-    "degrade": "verbs.degrade",
-    "evaluate": "verbs.evaluate",
-    "info": "verbs.info",
-    "open": "formats",
-    "picture": "verbs.picture",
-    "read": "sequence",
-    "register": "verbs.register",
-    "synth": "synth",
-    "track": "verbs.track",
-    "view": "verbs.view",
-    "write": "formats",
+    **dict.fromkeys(("DoubtfulWarning", "DynmeshError"), "errors"),
+    **dict.fromkeys(("Frame", "Frames", "Header"), "frames"),
+    **dict.fromkeys(("Sequence", "read"), "sequence"),
+    **dict.fromkeys(("open", "write"), "formats"),
+    **{"Completer": "completer", "Tracker": "tracker", "synth": "synth"},
+    **{
+        verb: f"verbs.{verb}"
+        for verb in (
+            *("complete", "convert", "degrade", "evaluate", "info", "picture", "register", "track"),
+            "view",
+        )
+    },
 }
 """What users import from here, and the module that has it, which is loaded at the first use."""
 
@@ -88,7 +79,7 @@ _MODULES = {
 }
 """Those that have more."""
 
-__all__ = [*_HOMES]
+__all__ = sorted(_HOMES)
 
 
 def __getattr__(name: str) -> Any:

@@ -117,12 +117,6 @@ def _polygons_of(faces: Any) -> Polygons | NDArray[Any]:
     except ValueError:  # their lengths differ
         rows = [_corners_of(index, polygon) for index, polygon in enumerate(faces)]
         return Polygons(np.array([len(row) for row in rows]), np.concatenate(rows))
-    if array.ndim == 1 and array.dtype.kind in "iu" and array.size > 3:
-        message = (
-            f"has shape {array.shape}, as VTK pads faces: the number of corners, then the corners; "
-            "give the mesh itself, or faces.reshape(-1, 4)[:, 1:] of triangles"
-        )
-        raise InputError(message, argument="faces")
     if array.ndim != 2 or array.shape[1] in (0, 3) or array.dtype.kind not in "iu":
         return array
     return Polygons(np.full(len(array), array.shape[1]), array.reshape(-1))

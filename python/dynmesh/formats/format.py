@@ -5,7 +5,6 @@ when a cache in centimetres stands in a shot in metres, under a scale of 0.01. W
 written are points in the own space of the mesh.
 """
 
-import re
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -143,21 +142,6 @@ class Format:
     meshes: Callable[[Path], Mapping[str, bool]] | None = None
     overlay: Write | None = None
     existing: Callable[[Path, Header], list[Path]] | None = None
-
-    def __post_init__(self) -> None:
-        of_frames = {*ARRAYS, "texture", *STATED}
-        for name, all_words in (("keeps", of_frames), ("takes", {*_NOT_TAKEN})):
-            if unknown := {*getattr(self, name)} - all_words:
-                message = f"format {self.name}: {listed(sorted(unknown))} are none of "
-                raise InputError(message + listed(sorted(all_words)), argument=name)
-        for suffix in [self.suffixes] if isinstance(self.suffixes, str) else self.suffixes:
-            if isinstance(self.suffixes, str) or not re.fullmatch(r"\.[^.A-Z/]+", suffix):
-                raise InputError(
-                    f"format {self.name}: must be several, each a dot and small letters, such as "
-                    f"('.raw',), not {self.suffixes!r}",
-                    argument="suffixes",
-                    value=self.suffixes,
-                )
 
     @property
     def is_per_frame(self) -> bool:

@@ -1,4 +1,10 @@
-"""Built-in animated meshes, which are generated from a seed and need no download."""
+"""Built-in animated meshes, which are generated from a seed and need no download.
+
+All have z up and are in metres. Each function takes the number of `frames`, at least 1, a `seed`,
+of which equal ones give equal sequences, and the frames per second, `fps`: a higher rate samples
+the same motion more finely. Those with a `grid` have so many vertices along either side, at least
+2, and 2 (grid - 1)^2 triangles.
+"""
 
 from collections.abc import Callable
 from typing import Literal
@@ -21,13 +27,9 @@ __all__ = ["Name", "beetle", "bust", "cloth", "hand", "heart", "ocean", "sequenc
 
 
 def ocean(frames: int = 1500, *, grid: int = 50, seed: int = 0, fps: float = 30.0) -> Sequence:
-    """Return a choppy sea (Tessendorf 2001) of `grid` by `grid` vertices, z up, in metres.
+    """Return a choppy sea (Tessendorf 2001) of `grid` by `grid` vertices.
 
-    Args:
-        frames: number of frames, at least 1.
-        grid: vertices along either side, at least 2; there are 2 (grid - 1)^2 triangles.
-        seed: selects the waves; equal seeds give equal seas.
-        fps: frames per second; a higher rate samples the same motion more finely.
+    The `seed` selects the waves.
     """
     _check(frames, seed, fps)
     check_integer("grid", grid, 2)
@@ -37,56 +39,40 @@ def ocean(frames: int = 1500, *, grid: int = 50, seed: int = 0, fps: float = 30.
 def walker(frames: int = 175, *, seed: int = 0, fps: float = 30.0) -> Sequence:
     """Return a human figure that walks, turns round, does a handstand and stands up again.
 
-    It is a closed surface of genus 0 with 10002 vertices and 20000 triangles, z up, in metres,
-    skinned with dual quaternions (Kavan et al. 2007). The connectivity is the same for all seeds.
-
-    Args:
-        frames: number of frames, at least 1; the choreography is spread over them.
-        seed: varies the gait and the build; equal seeds give equal figures.
-        fps: frames per second stored in the sequence; the poses do not depend on it.
+    It is a closed surface of genus 0 with 10002 vertices and 20000 triangles, skinned with dual
+    quaternions (Kavan et al. 2007). The connectivity is the same for all seeds. The choreography is
+    spread over the frames, so that the poses do not depend on `fps`; the `seed` varies the gait and
+    the build.
     """
     _check(frames, seed, fps)
     return _sequence(*walk(frames, seed), fps)
 
 
 def bust(frames: int = 150, *, seed: int = 0, fps: float = 30.0) -> Sequence:
-    """Return a head with neck and shoulders, which looks about and speaks, z up, in metres.
+    """Return a head with neck and shoulders, which looks about and speaks.
 
     It is a closed surface, skinned with dual quaternions; the lips part as the jaw goes down.
-
-    Args:
-        frames: number of frames, at least 1.
-        seed: varies where it looks and what it says; equal seeds give equal sequences.
-        fps: frames per second; a higher rate samples the same motion more finely.
+    The `seed` varies where it looks and what it says.
     """
     _check(frames, seed, fps)
     return _sequence(*speak(frames, seed, fps), fps)
 
 
 def hand(frames: int = 97, *, seed: int = 0, fps: float = 30.0) -> Sequence:
-    """Return a hand that closes and counts to five on its fingers, z up, in metres.
+    """Return a hand that closes and counts to five on its fingers.
 
     It is a closed surface with 16 bones, skinned with dual quaternions.
-
-    Args:
-        frames: number of frames, at least 1.
-        seed: varies how fast and how far the fingers bend; equal seeds give equal sequences.
-        fps: frames per second; a higher rate samples the same motion more finely.
+    The `seed` varies how fast and how far the fingers bend.
     """
     _check(frames, seed, fps)
     return _sequence(*count(frames, seed, fps), fps)
 
 
 def cloth(frames: int = 90, *, grid: int = 50, seed: int = 0, fps: float = 30.0) -> Sequence:
-    """Return a square of cloth of 1.2 m that falls over a ball and hangs there, z up, in metres.
+    """Return a square of cloth of 1.2 m that falls over a ball and hangs there.
 
     The ball, of a radius of 0.25 m around (0, 0, 0.5), is not part of the mesh.
-
-    Args:
-        frames: number of frames, at least 1.
-        grid: vertices along either side, at least 2; there are 2 (grid - 1)^2 triangles.
-        seed: varies how the cloth lies over the ball; equal seeds give equal sequences.
-        fps: frames per second; a higher rate samples the same motion more finely.
+    The `seed` varies how the cloth lies over the ball.
     """
     _check(frames, seed, fps)
     check_integer("grid", grid, 2)
@@ -94,29 +80,21 @@ def cloth(frames: int = 90, *, grid: int = 50, seed: int = 0, fps: float = 30.0)
 
 
 def beetle(frames: int = 90, *, seed: int = 0, fps: float = 30.0) -> Sequence:
-    """Return a stag beetle that walks and opens its jaws and wings, z up, in metres.
+    """Return a stag beetle that walks and opens its jaws and wings.
 
     Each of its 31 parts is a closed surface of its own, of equally many vertices, which follow each
     other, and moves as a rigid body.
-
-    Args:
-        frames: number of frames, at least 1.
-        seed: varies stride and pace; equal seeds give equal sequences.
-        fps: frames per second; a higher rate samples the same motion more finely.
+    The `seed` varies stride and pace.
     """
     _check(frames, seed, fps)
     return _sequence(*march(frames, seed, fps), fps)
 
 
 def heart(frames: int = 81, *, seed: int = 0, fps: float = 30.0) -> Sequence:
-    """Return a heart that beats beside a lung that breathes, z up, in metres.
+    """Return a heart that beats beside a lung that breathes.
 
     Either is a closed surface, of equally many vertices, the heart first; they never touch.
-
-    Args:
-        frames: number of frames, at least 1.
-        seed: varies the rates of the heart and of the breath; equal seeds give equal sequences.
-        fps: frames per second; a higher rate samples the same motion more finely.
+    The `seed` varies the rates of the heart and of the breath.
     """
     _check(frames, seed, fps)
     return _sequence(*beat(frames, seed, fps), fps)

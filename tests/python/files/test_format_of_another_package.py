@@ -194,24 +194,6 @@ def test_what_else_it_does_wrong_is_told(
     assert said in error
 
 
-@pytest.mark.parametrize(
-    "wrong",
-    [
-        {"suffixes": (".MINE",)},
-        {"suffixes": ("mine",)},
-        {"keeps": frozenset({"masks"})},
-    ],
-)
-def test_what_would_never_be_chosen_or_kept_is_refused(
-    install: Install, wrong: dict[str, Any]
-) -> None:
-    with pytest.raises(ValueError, match=r"(suffixes|keeps|takes): format mine: "):
-        mine(**wrong)
-    install(lambda: mine(**wrong))
-    with pytest.warns(UserWarning, match=r"format mine of package:mine cannot be loaded: "):
-        table.all_formats()
-
-
 def test_a_good_one_is_read_and_written(install: Install, tmp_path: Path) -> None:
     def read(path: Path) -> dynmesh.Sequence:
         return dynmesh.Sequence(np.load(path), SEA.faces)
