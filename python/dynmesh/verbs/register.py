@@ -171,12 +171,11 @@ def registered(
                     if result.cause != "size" and not (remark and diagonal * units.factor < size):
                         seen = contents(left, first, mesh.faces, room)
                     remark = "" if seen else remark
-                    if remark:
-                        remark += (
-                            "; `scale` finds it in any size, if neither is a part of the other"
-                        )
+                    # A part is small, whatever the size of the subject.
+                    if remark and result.cause != "part":
+                        remark += "; `scale` finds it in any size"
             yield Frame(result.vertices)
-            reason = _reason(result, left, marks, align, seen, is_sized=bool(remark))
+            reason = _reason(result, left, marks, align, seen)
             return RegisterReport(
                 quality=result.quality,
                 reason=reason,
@@ -226,18 +225,9 @@ def _opened(template: OneSequence) -> Iterator[Frames]:
 
 
 def _reason(
-    registration: Registration,
-    scan: Scan,
-    landmarks: Landmarks | None,
-    align: bool,
-    seen: str,
-    *,
-    is_sized: bool,
+    registration: Registration, scan: Scan, landmarks: Landmarks | None, align: bool, seen: str
 ) -> str:
-    """The quality and its reason, and what to do about it; empty if it is good.
-
-    `seen` is what else the scan shows; `is_sized` tells that a remark states the sizes.
-    """
+    """The quality and its reason, and what to do about it; empty if it is good."""
     if registration.quality == "good":
         return ""
     wrong = seen
@@ -251,7 +241,6 @@ def _reason(
         and registration.hole > _core.large_hole
         and isinstance(scan, PointScan)
         and scan.viewpoints is None
-        and not is_sized
     ):
         message += "; `cameras` says which part could not be seen"
     elif registration.cause in ("pose", "place") and landmarks is None:
