@@ -67,22 +67,6 @@ def test_precision_and_masks_are_those_of_the_first_frame(tmp_path: Path, mesh: 
         assert_refused(tmp_path / "f1.ply", told, lambda _: dynmesh.read(tmp_path / "f%d.ply"))
 
 
-@pytest.mark.parametrize("suffix", [".ply", ".obj"])
-def test_opening_reads_the_first_file_once(
-    tmp_path: Path, mesh: Mesh, suffix: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    dynmesh.write(tmp_path / f"f_%d{suffix}", sequence_of(mesh))
-    read, read_bytes = list[str](), Path.read_bytes
-
-    def noted(file: Path) -> bytes:
-        read.append(file.name)
-        return read_bytes(file)
-
-    monkeypatch.setattr(Path, "read_bytes", noted)
-    dynmesh.open(tmp_path / f"f_%d{suffix}").close()
-    assert read == [f"f_0{suffix}"]
-
-
 LOST = (3, 4, 8)
 PARTIAL = sea(10, 8, share=0.5, whole=[0], start=1001, fps=None)
 KNOWN: Any = PARTIAL.known

@@ -235,8 +235,8 @@ def test_a_completed_sequence_keeps_what_its_template_holds(tmp_path: Path) -> N
         (["Made by hand", "  up_axis   y  ", "metres_per_unit 1e-2"], ("y", 0.01)),
         (["up_axis x"], ("x", None)),
         # comments of other programs, which are ignored
-        (["up_axis w"], (None, None)),
-        (["metres_per_unit much", "metres_per_unit -1", "metres_per_unit nan"], (None, None)),
+        (["up_axis w", "the up_axis z", "metres_per_unit much"], (None, None)),
+        (["metres_per_unit -1", "metres_per_unit nan", "up_axis z or y"], (None, None)),
     ],
 )
 def test_other_comments_are_ignored(

@@ -156,16 +156,3 @@ def test_paths_of_a_table_are_seen_from_its_folder(
         (here / "a.npz", home / "b.npz", home / "c.obj"),
         (home / "a.npz", here / "d.npz", here / "c.obj"),
     ]
-
-
-def test_commands_name_files_as_seen_from_here(folders: tuple[Path, Path]) -> None:
-    """Also where only a part of another path is that of the current folder."""
-    one, _ = folders
-    away = f"/elsewhere{one}/npz/a.npz"
-    with contextlib.chdir(one):
-        said = run("complete", "npz/a.npz", "made.npz", "--template", "gone.obj", code=1).stderr
-        assert "dynmesh: gone.obj: " in said
-        assert away in run("info", away, code=1).stderr
-        with pytest.raises(FileNotFoundError) as caught:
-            dynmesh.open("gone.obj")
-    assert caught.value.filename == str(one / "gone.obj")

@@ -94,13 +94,3 @@ def test_an_array_by_columns_is_read_once(
         for at in reversed(range(N)):
             np.testing.assert_array_equal(frames[at].points, VERTICES[at])
     assert read.count(N) == 1
-
-
-def test_damage_is_noticed_where_nothing_is_read(tmp_path: Path) -> None:
-    path = tmp_path / "a.npz"
-    np.savez(path, vertices=VERTICES, faces=np.array([[0, 1, 2]]))
-    content = bytearray(path.read_bytes())
-    content[content.index(VERTICES[3].tobytes()) + 500] ^= 1
-    path.write_bytes(content)
-    with dynmesh.open(path) as frames, pytest.raises(ValueError, match="damaged"):
-        frames[N - 1]

@@ -20,15 +20,6 @@ Sdf: Any = pytest.importorskip("pxr.Sdf")
 N = 3
 
 
-def _plain(format: str) -> Callable[[Path], Path]:
-    def make(folder: Path) -> Path:
-        path = place(folder, format)
-        dynmesh.write(path, PARTIAL[:N])
-        return path
-
-    return make
-
-
 def _obj(folder: Path) -> Path:
     """Files with texture coordinates, groups, a material, colours and normals."""
     for number in range(7, 7 + N):
@@ -59,7 +50,6 @@ def _abc(folder: Path) -> Path:
 
 
 INPUTS: dict[str, tuple[Callable[[Path], Path], Any]] = {
-    **{f"plain {format}": (_plain(format), None) for format in FORMATS},
     "obj": (_obj, None),
     "ply": (_ply, None),
     "abc": (_abc, None),

@@ -134,7 +134,7 @@ def test_a_stream_does_not_grow_its_own_input(programs: Path, job: Job, tmp_path
 
 @pytest.mark.parametrize(
     "output",
-    ["frames/%03d.ply", "./frames/%d.ply", "linked/%04d.ply", "earlier/%d.ply", "c/%d.ply"],
+    ["frames/%03d.ply", "linked/%04d.ply", "earlier/%d.ply", "c/%d.ply"],
 )
 @pytest.mark.parametrize("suffix", [".obj", ".ply"])
 def test_numbered_files_never_come_among_others(

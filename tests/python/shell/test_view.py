@@ -141,9 +141,6 @@ def test_the_input_and_the_reference_play_and_turn_beside_the_sequence(
     views = [page.pictures(1, 2)]
     page.drag(0, 60, 0)
     views.append(page.pictures(1, 2))
-    page.drag(1, 0, 40, button="right")
-    views.append(page.pictures(1, 2))
-    page.page.locator(".dynmesh-canvas").nth(1).hover()
     page.page.mouse.wheel(0, 400)
     views.append(page.pictures(1, 2))
     for left, right in views:
