@@ -11,6 +11,7 @@ from typing import Any, NoReturn
 
 import numpy as np
 import pytest
+import trimesh
 from commands import dynmesh_command as run
 from commands import run_here
 from conftest import LONGER, REPOSITORY
@@ -33,6 +34,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     dynmesh.write(folder / "sea.npz", WHOLE)
     dynmesh.write(folder / "partial.npz", sea(3, 8, share=0.5, whole=[0]))
     dynmesh.write(folder / "body.ply", WHOLE[:1])
+    for suffix in ("glb", "stl", "off"):
+        mesh = trimesh.Trimesh(WHOLE.vertices[0], WHOLE.faces, process=False)
+        mesh.export(folder / f"a.{suffix}")
     run("degrade", folder / "sea.npz", folder / "scans", "--scan", "--points", "200")
     depth = ("--depth", "32x24", "--cameras", "2")
     run("degrade", folder / "sea.npz", folder / "images", *depth)
@@ -51,6 +55,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 READING = {
+    "a.glb": "convert a.glb out.npz",
+    "a.stl": "convert a.stl out.npz",
+    "a.off": "convert a.off out.npz",
     "sea.npz": "evaluate sea.npz sea.npz",
     "body.ply": "track scans out.npz --template body.ply",
     "scans/frame_00001.ply": "track scans out.npz --template body.ply",
