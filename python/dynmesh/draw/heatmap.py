@@ -43,240 +43,6 @@ class LengthUnit(NamedTuple):
     """So many are a unit of the positions."""
 
 
-@dataclass(eq=False)
-class Sources:
-    """The shown sequence, the true one, that with the vertices that were observed, and scans.
-
-    The unit of the scans is `scan_factor` times that of the sequence. The colours of errors have
-    the `colour_range`, in the unit in which they are shown; else, it follows from them.
-    """
-
-    reader: Frames
-    reference: Frames | None = None
-    input: Frames | None = None
-    scans: ScanReader | None = None
-    scan_factor: float = 1.0
-    colour_range: tuple[float, float] | None = None
-
-    @cached_property
-    def diagonal(self) -> float:
-        """Of the bounding box of frame 0, of the reference if there is one."""
-        return bounding_box_diagonal(frame_at(self.reference or self.reader, 0).points)
-
-    @cached_property
-    def mean_edge(self) -> float:
-        """Of frame 0 of the sequence."""
-        return mean_edge_of(frame_at(self.reader, 0).points, self.reader.faces)
-
-    @cached_property
-    def unit(self) -> LengthUnit:
-        """Millimetres if a file states its unit, otherwise per cent of the diagonal."""
-        for reader in (self.reader, self.reference):
-            if reader is not None and reader.header.metres_per_unit is not None:
-                return LengthUnit("mm", "mm", 1000 * reader.header.metres_per_unit)
-        if not self.diagonal > 0:
-            path = (self.reference or self.reader).path
-            raise InputError(
-                "errors have no unit, as all of the first frame is at one point", file=path
-            )
-        return LengthUnit("%", "% of the bounding-box diagonal", 100 / self.diagonal)
-
-
-class Moment(NamedTuple):
-    """A frame of each of the :class:`Sources`; the cloud is in the unit of the sequence."""
-
-    number: int
-    frame: Frame
-    truth: Frame | None
-    given: Frame | None
-    cloud: Positions | None
-
-
-Seen: TypeAlias = list[Values]
-"""The values of the visible vertices of each frame."""
-
-
-class Quantity(NamedTuple):
-    """A value of each vertex that colours can show.
-
-    Attributes:
-        lacks: returns what the sources lack to have it, as a sentence, or None.
-        values: returns the (k,) values of a moment, arbitrary where the vertex is missing.
-        scale: returns a colour scale for what is seen in all frames.
-    """
-
-    lacks: Callable[[Sources], str | None]
-    values: Callable[[Sources, Moment], Values]
-    scale: Callable[[Sources, Seen], Scale]
-
-
-def _lacks_reference(sources: Sources) -> str | None:
-    return "error requires a `reference`" if sources.reference is None else None
-
-
-def _lacks(name: str, by: str, sources: Sources) -> str | None:
-    """Tells of a sequence without an attribute, and what writes it."""
-    if name in sources.reader.header.attributes:
-        return None
-    return f"{sources.reader.path}: holds no {name}; {by}"
-
-
-def _lacks_masks(sources: Sources) -> str | None:
-    reader = sources.reader
-    if reader.header.has_known or reader.header.has_provenance or sources.input is not None:
-        return None
-    return f"{reader.path}: holds no known masks"
-
-
-def _lacks_scans(sources: Sources) -> str | None:
-    return "colour: distance requires scans" if sources.scans is None else None
-
-
-def _lacks_meshes(sources: Sources) -> str | None:
-    return None if sources.reader.each else f"{sources.reader.path}: shows a single mesh"
-
-
-def _mesh(sources: Sources, _: Moment) -> Values:
-    sizes = [one.n_vertices for one in sources.reader.each.values()]
-    return np.repeat(np.arange(len(sizes)), sizes)
-
-
-def _mesh_scale(sources: Sources, _: Seen) -> Scale:
-    names = short_names([*sources.reader.each])
-    colours = [_COLOURS_OF_MESHES[n % len(_COLOURS_OF_MESHES)] for n in range(len(names))]
-    return step_scale("meshes", range(len(names)), names, colours)
-
-
-def short_names(paths: Sequence[str]) -> list[str]:
-    """The last parts of paths of meshes, if they tell them apart, else the paths."""
-    last = [path.rpartition("/")[2] for path in paths]
-    return last if len({*last}) == len(last) else [*paths]
-
-
-def _error(sources: Sources, moment: Moment) -> Values:
-    truth, frame = moment.truth, moment.frame
-    assert truth is not None  # as _lacks_reference says
-    assert sources.reference is not None
-    number = sources.reference.header.number(moment.number)
-    with locating(file=sources.reference.path, frame=number):
-        check_whole(truth, "; errors require a complete reference")
-    with np.errstate(invalid="ignore"):  # missing positions may be infinite
-        difference = frame.points.astype(np.float64) - truth.points
-    return np.asarray(np.linalg.norm(difference, axis=1) * sources.unit.per_unit)
-
-
-def _attribute(name: str, _: Sources, moment: Moment) -> Values:
-    return moment.frame.attributes()[name]
-
-
-def _known(_: Sources, moment: Moment) -> Values:
-    frame, given = moment.frame, moment.given
-    if frame.known is None and frame.generation is None:
-        assert given is not None  # as _lacks_masks says
-        return given.observed.astype(np.int8)
-    return frame.claimed.astype(np.int8)
-
-
-def _distance(sources: Sources, moment: Moment) -> Values:
-    points, cloud = moment.frame.points.astype(np.float64), moment.cloud
-    distances = np.full(len(points), np.inf)
-    assert cloud is not None  # as _lacks_scans says
-    if len(cloud):
-        some = cloud[:: max(1, len(cloud) // (_POINTS_PER_VERTEX * len(points)))]
-        seen = moment.frame.present
-        locator = require("vtkmodules.vtkCommonDataModel", extra="view").vtkStaticPointLocator()
-        locator.SetDataSet(require("pyvista", extra="view").PolyData(some))
-        locator.BuildLocator()
-        nearest = some[[locator.FindClosestPoint(point) for point in points[seen]]]
-        distances[seen] = np.linalg.norm(points[seen] - nearest, axis=1) / sources.mean_edge
-    return distances
-
-
-def _standard_error(sources: Sources, moment: Moment) -> Values:
-    """Returns those of distances, to compare with errors; the largest where disconnected."""
-    bars = moment.frame.standard_error
-    assert bars is not None
-    coordinates = 3 if sources.reader.header.standard_error_of == "position" else 1
-    of_distances = math.sqrt(coordinates) * bars.astype(np.float64) * sources.unit.per_unit
-    finite = np.isfinite(of_distances)
-    return np.where(finite, of_distances, of_distances.max(initial=0.0, where=finite))
-
-
-def range_of(given: str | tuple[float, float] | None) -> tuple[float, float] | None:
-    """The least and the largest value of a range such as "0.1:10"; None if none is given."""
-    if given is None:
-        return None
-    message, argument = "must be two numbers, as in 0.1:10, from 0 on and ascending", "colour_range"
-    try:
-        low, high = map(float, given.split(":") if isinstance(given, str) else given)
-    except (TypeError, ValueError):
-        raise InputError(f"{message}, not {given!r}", argument=argument, value=given) from None
-    if not 0 <= low < high < math.inf:
-        raise InputError(f"{message}, not {low:g}:{high:g}", argument=argument, value=given)
-    return low, high
-
-
-def _length_scale(name: str, sources: Sources, seen: Seen) -> Scale:
-    unit = sources.unit
-    if sources.colour_range is not None:
-        return measure_scale(f"{name} in {unit.words}", unit.sign, *sources.colour_range)
-    # Less than the maximum: with one outlier, everything else would have one colour.
-    most = max((float(np.percentile(values, 99)) for values in seen if len(values)), default=0.0)
-    smallest = _SMALLEST_LIMIT * sources.diagonal * unit.per_unit or math.ulp(0.0)
-    high = round_up(max(most, smallest))
-    return measure_scale(f"{name} in {unit.words}", unit.sign, HEATMAP_RANGE * high, high)
-
-
-def _standard_error_scale(sources: Sources, seen: Seen) -> Scale:
-    is_of_surface = sources.reader.header.standard_error_of == "surface"
-    name = "standard error from the surface" if is_of_surface else "standard error"
-    return _length_scale(name, sources, seen)
-
-
-def _count_scale(title: str, _: Sources, seen: Seen) -> Scale:
-    values = np.unique(np.concatenate([[0], *seen]))
-    below = "disconnected" if -1 in values else None
-    if FUSED in values:
-        below = "not from this frame" if below else "put together"
-    return count_scale(title, int(values[-1]), zero="observed", minus_one=below)
-
-
-def _known_scale(sources: Sources, _: Seen) -> Scale:
-    labels, colours = ["observed"], [KNOWN_COLOUR]
-    if sources.reader.header.has_provenance or sources.input is not None:
-        labels, colours = ["filled in", "observed"], [MISSING_COLOUR, KNOWN_COLOUR]
-    return step_scale("known vertices", range(len(labels)), labels, colours)
-
-
-def _distance_scale(_: Sources, __: Seen) -> Scale:
-    return measure_scale("distance from the nearest point in mean edges", "edges", 0.0, _FARTHEST)
-
-
-_COMPLETION = "a completion with `provenance` writes it"
-_UNCERTAINTY = "completion and tracking write it with `uncertainty`"
-
-QUANTITIES: dict[Colour, Quantity] = {
-    "error": Quantity(_lacks_reference, _error, partial(_length_scale, "error")),
-    "generation": Quantity(
-        partial(_lacks, "generation", _COMPLETION),
-        partial(_attribute, "generation"),
-        partial(_count_scale, "generation: steps from the observed"),
-    ),
-    "age": Quantity(
-        partial(_lacks, "age", _COMPLETION),
-        partial(_attribute, "age"),
-        partial(_count_scale, "age: frames since last observed"),
-    ),
-    "standard_error": Quantity(
-        partial(_lacks, "standard_error", _UNCERTAINTY), _standard_error, _standard_error_scale
-    ),
-    "known": Quantity(_lacks_masks, _known, _known_scale),
-    "mesh": Quantity(_lacks_meshes, _mesh, _mesh_scale),
-    "distance": Quantity(_lacks_scans, _distance, _distance_scale),
-}
-"""By colour; without a choice, colours show the first that the sources have."""
-
-
 _MOST_POINTS = 5000
 """Of a scan in a frame; more would make a page large and look the same."""
 
@@ -306,8 +72,8 @@ class ShownFrame:
         )
 
 
-@dataclass(eq=False, kw_only=True)
-class Heatmap(Sources):
+@dataclass(eq=False)
+class Heatmap:
     """The frames of a sequence with the values that their colours can show.
 
     It determines what can be shown, and the colour that is shown at first: `wanted`, or else the
@@ -317,10 +83,22 @@ class Heatmap(Sources):
     reference.
 
     Attributes:
+        reader: the shown sequence.
+        reference: the true one.
+        input: that with the vertices that were observed.
+        scans: in which it was tracked, in a unit that is `scan_factor` times as long as its own.
+        colour_range: of the colours of errors, in the unit in which they are shown; else, it
+            follows from them.
         colours: what the colours can show: "plain", which is one colour, comes last.
         colour: what they show at first.
     """
 
+    reader: Frames
+    reference: Frames | None = None
+    input: Frames | None = None
+    scans: ScanReader | None = None
+    scan_factor: float = 1.0
+    colour_range: tuple[float, float] | None = None
     wanted: InitVar[Colour | None] = None
     colours: tuple[Colour, ...] = field(init=False)
     colour: Colour = field(init=False)
@@ -376,6 +154,224 @@ class Heatmap(Sources):
         source = "error" if colour == "standard_error" and "error" in self.colours else colour
         seen = [frame.values[source][frame.visible] for frame in frames]
         return QUANTITIES[colour].scale(self, seen)
+
+    @cached_property
+    def diagonal(self) -> float:
+        """Of the bounding box of frame 0, of the reference if there is one."""
+        return bounding_box_diagonal(frame_at(self.reference or self.reader, 0).points)
+
+    @cached_property
+    def mean_edge(self) -> float:
+        """Of frame 0 of the sequence."""
+        return mean_edge_of(frame_at(self.reader, 0).points, self.reader.faces)
+
+    @cached_property
+    def unit(self) -> LengthUnit:
+        """Millimetres if a file states its unit, otherwise per cent of the diagonal."""
+        for reader in (self.reader, self.reference):
+            if reader is not None and reader.header.metres_per_unit is not None:
+                return LengthUnit("mm", "mm", 1000 * reader.header.metres_per_unit)
+        if not self.diagonal > 0:
+            path = (self.reference or self.reader).path
+            raise InputError(
+                "errors have no unit, as all of the first frame is at one point", file=path
+            )
+        return LengthUnit("%", "% of the bounding-box diagonal", 100 / self.diagonal)
+
+
+class Moment(NamedTuple):
+    """A frame of each of the :class:`Heatmap`; the cloud is in the unit of the sequence."""
+
+    number: int
+    frame: Frame
+    truth: Frame | None
+    given: Frame | None
+    cloud: Positions | None
+
+
+Seen: TypeAlias = list[Values]
+"""The values of the visible vertices of each frame."""
+
+
+class Quantity(NamedTuple):
+    """A value of each vertex that colours can show.
+
+    Attributes:
+        lacks: returns what the heatmap lack to have it, as a sentence, or None.
+        values: returns the (k,) values of a moment, arbitrary where the vertex is missing.
+        scale: returns a colour scale for what is seen in all frames.
+    """
+
+    lacks: Callable[[Heatmap], str | None]
+    values: Callable[[Heatmap, Moment], Values]
+    scale: Callable[[Heatmap, Seen], Scale]
+
+
+def _lacks_reference(heatmap: Heatmap) -> str | None:
+    return "error requires a `reference`" if heatmap.reference is None else None
+
+
+def _lacks(name: str, by: str, heatmap: Heatmap) -> str | None:
+    """Tells of a sequence without an attribute, and what writes it."""
+    if name in heatmap.reader.header.attributes:
+        return None
+    return f"{heatmap.reader.path}: holds no {name}; {by}"
+
+
+def _lacks_masks(heatmap: Heatmap) -> str | None:
+    reader = heatmap.reader
+    if reader.header.has_known or reader.header.has_provenance or heatmap.input is not None:
+        return None
+    return f"{reader.path}: holds no known masks"
+
+
+def _lacks_scans(heatmap: Heatmap) -> str | None:
+    return "colour: distance requires scans" if heatmap.scans is None else None
+
+
+def _lacks_meshes(heatmap: Heatmap) -> str | None:
+    return None if heatmap.reader.each else f"{heatmap.reader.path}: shows a single mesh"
+
+
+def _mesh(heatmap: Heatmap, _: Moment) -> Values:
+    sizes = [one.n_vertices for one in heatmap.reader.each.values()]
+    return np.repeat(np.arange(len(sizes)), sizes)
+
+
+def _mesh_scale(heatmap: Heatmap, _: Seen) -> Scale:
+    names = short_names([*heatmap.reader.each])
+    colours = [_COLOURS_OF_MESHES[n % len(_COLOURS_OF_MESHES)] for n in range(len(names))]
+    return step_scale("meshes", range(len(names)), names, colours)
+
+
+def short_names(paths: Sequence[str]) -> list[str]:
+    """The last parts of paths of meshes, if they tell them apart, else the paths."""
+    last = [path.rpartition("/")[2] for path in paths]
+    return last if len({*last}) == len(last) else [*paths]
+
+
+def _error(heatmap: Heatmap, moment: Moment) -> Values:
+    truth, frame = moment.truth, moment.frame
+    assert truth is not None  # as _lacks_reference says
+    assert heatmap.reference is not None
+    number = heatmap.reference.header.number(moment.number)
+    with locating(file=heatmap.reference.path, frame=number):
+        check_whole(truth, "; errors require a complete reference")
+    with np.errstate(invalid="ignore"):  # missing positions may be infinite
+        difference = frame.points.astype(np.float64) - truth.points
+    return np.asarray(np.linalg.norm(difference, axis=1) * heatmap.unit.per_unit)
+
+
+def _attribute(name: str, _: Heatmap, moment: Moment) -> Values:
+    return moment.frame.attributes()[name]
+
+
+def _known(_: Heatmap, moment: Moment) -> Values:
+    frame, given = moment.frame, moment.given
+    if frame.known is None and frame.generation is None:
+        assert given is not None  # as _lacks_masks says
+        return given.observed.astype(np.int8)
+    return frame.claimed.astype(np.int8)
+
+
+def _distance(heatmap: Heatmap, moment: Moment) -> Values:
+    points, cloud = moment.frame.points.astype(np.float64), moment.cloud
+    distances = np.full(len(points), np.inf)
+    assert cloud is not None  # as _lacks_scans says
+    if len(cloud):
+        some = cloud[:: max(1, len(cloud) // (_POINTS_PER_VERTEX * len(points)))]
+        seen = moment.frame.present
+        locator = require("vtkmodules.vtkCommonDataModel", extra="view").vtkStaticPointLocator()
+        locator.SetDataSet(require("pyvista", extra="view").PolyData(some))
+        locator.BuildLocator()
+        nearest = some[[locator.FindClosestPoint(point) for point in points[seen]]]
+        distances[seen] = np.linalg.norm(points[seen] - nearest, axis=1) / heatmap.mean_edge
+    return distances
+
+
+def _standard_error(heatmap: Heatmap, moment: Moment) -> Values:
+    """Returns those of distances, to compare with errors; the largest where disconnected."""
+    bars = moment.frame.standard_error
+    assert bars is not None
+    coordinates = 3 if heatmap.reader.header.standard_error_of == "position" else 1
+    of_distances = math.sqrt(coordinates) * bars.astype(np.float64) * heatmap.unit.per_unit
+    finite = np.isfinite(of_distances)
+    return np.where(finite, of_distances, of_distances.max(initial=0.0, where=finite))
+
+
+def range_of(given: str | tuple[float, float] | None) -> tuple[float, float] | None:
+    """The least and the largest value of a range such as "0.1:10"; None if none is given."""
+    if given is None:
+        return None
+    message, argument = "must be two numbers, as in 0.1:10, from 0 on and ascending", "colour_range"
+    try:
+        low, high = map(float, given.split(":") if isinstance(given, str) else given)
+    except (TypeError, ValueError):
+        raise InputError(f"{message}, not {given!r}", argument=argument, value=given) from None
+    if not 0 <= low < high < math.inf:
+        raise InputError(f"{message}, not {low:g}:{high:g}", argument=argument, value=given)
+    return low, high
+
+
+def _length_scale(name: str, heatmap: Heatmap, seen: Seen) -> Scale:
+    unit = heatmap.unit
+    if heatmap.colour_range is not None:
+        return measure_scale(f"{name} in {unit.words}", unit.sign, *heatmap.colour_range)
+    # Less than the maximum: with one outlier, everything else would have one colour.
+    most = max((float(np.percentile(values, 99)) for values in seen if len(values)), default=0.0)
+    smallest = _SMALLEST_LIMIT * heatmap.diagonal * unit.per_unit or math.ulp(0.0)
+    high = round_up(max(most, smallest))
+    return measure_scale(f"{name} in {unit.words}", unit.sign, HEATMAP_RANGE * high, high)
+
+
+def _standard_error_scale(heatmap: Heatmap, seen: Seen) -> Scale:
+    is_of_surface = heatmap.reader.header.standard_error_of == "surface"
+    name = "standard error from the surface" if is_of_surface else "standard error"
+    return _length_scale(name, heatmap, seen)
+
+
+def _count_scale(title: str, _: Heatmap, seen: Seen) -> Scale:
+    values = np.unique(np.concatenate([[0], *seen]))
+    below = "disconnected" if -1 in values else None
+    if FUSED in values:
+        below = "not from this frame" if below else "put together"
+    return count_scale(title, int(values[-1]), zero="observed", minus_one=below)
+
+
+def _known_scale(heatmap: Heatmap, _: Seen) -> Scale:
+    labels, colours = ["observed"], [KNOWN_COLOUR]
+    if heatmap.reader.header.has_provenance or heatmap.input is not None:
+        labels, colours = ["filled in", "observed"], [MISSING_COLOUR, KNOWN_COLOUR]
+    return step_scale("known vertices", range(len(labels)), labels, colours)
+
+
+def _distance_scale(_: Heatmap, __: Seen) -> Scale:
+    return measure_scale("distance from the nearest point in mean edges", "edges", 0.0, _FARTHEST)
+
+
+_COMPLETION = "a completion with `provenance` writes it"
+_UNCERTAINTY = "completion and tracking write it with `uncertainty`"
+
+QUANTITIES: dict[Colour, Quantity] = {
+    "error": Quantity(_lacks_reference, _error, partial(_length_scale, "error")),
+    "generation": Quantity(
+        partial(_lacks, "generation", _COMPLETION),
+        partial(_attribute, "generation"),
+        partial(_count_scale, "generation: steps from the observed"),
+    ),
+    "age": Quantity(
+        partial(_lacks, "age", _COMPLETION),
+        partial(_attribute, "age"),
+        partial(_count_scale, "age: frames since last observed"),
+    ),
+    "standard_error": Quantity(
+        partial(_lacks, "standard_error", _UNCERTAINTY), _standard_error, _standard_error_scale
+    ),
+    "known": Quantity(_lacks_masks, _known, _known_scale),
+    "mesh": Quantity(_lacks_meshes, _mesh, _mesh_scale),
+    "distance": Quantity(_lacks_scans, _distance, _distance_scale),
+}
+"""By colour; without a choice, colours show the first that the heatmap have."""
 
 
 def _frames_of(reader: Frames | ScanReader | None, numbers: range) -> Iterator[Any]:

@@ -3,7 +3,7 @@
 import errno
 import os
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypedDict
@@ -38,7 +38,7 @@ from .depth_files import (
     without_mirrors,
 )
 from .image_files import Wanted, image_names, images_by_camera, images_in
-from .point_files import point_formats, read_points
+from .point_files import PointFile, point_formats, read_points
 from .trajectories import Direction
 
 CAMERAS = "cameras.json"
@@ -76,7 +76,6 @@ class ScanReader(ABC):
         self.numbers, self.n_frames = numbers, len(numbers)
         self.files = files if rig is None or rig.file is None else [*files, rig.file]
         self.metres_per_unit = None if rig is None else rig.metres_per_unit
-        self._viewpoints = list[NDArray[np.float64] | None]()
         self._damaged: dict[Path, str] = {}
         self._missing: tuple[str, ...] = ()
         self.remarks: tuple[str, ...] = ()
@@ -111,37 +110,6 @@ class ScanReader(ABC):
     def _load(self, number: int) -> Scan | None:
         """Reads a frame; None if its file is missing."""
 
-    def _take_unit(self, stated: float | None, file: Path) -> None:
-        """Takes the unit that a file of points states, which must be that of the cameras."""
-        if None not in (stated, self.metres_per_unit) and stated != self.metres_per_unit:
-            message = f"states {stated} metres per unit, but the cameras {self.metres_per_unit}"
-            raise InputError(message, file=file)
-        self.metres_per_unit = stated if self.metres_per_unit is None else self.metres_per_unit
-
-    def _take_viewpoints(self, files: Sequence[Path | None], gaps: Gaps = "refuse") -> None:
-        """Finds where the cameras stand in each frame that has a file of points."""
-        if self.rig is None:
-            return
-        numbers = self.numbers
-        if len(files) == 1 and files[0] is not None and self.rig.moves:
-            numbers, _ = numbers_in([files[0]])  # which by itself is frame 0
-        with naming(self.rig.file or self.path):
-            for file, number in zip(files, numbers, strict=True):
-                places = None
-                try:
-                    places = None if file is None else self.rig.viewpoints(number)
-                except LostPoseError:
-                    if gaps == "refuse":
-                        raise
-                self._viewpoints.append(places)
-
-    def _seen(self, scan: PointScan, frame: int) -> PointScan:
-        """Returns the points of a frame, counted from 0, with the places of the cameras."""
-        viewpoints = self._viewpoints[frame] if self._viewpoints else None
-        if viewpoints is None:
-            return scan
-        return scan._replace(viewpoints=viewpoints.astype(scan.points.dtype))
-
     @property
     def lost(self) -> tuple[str, ...]:
         """See above."""
@@ -149,19 +117,46 @@ class ScanReader(ABC):
 
 
 class PointReader(ScanReader):
-    """Point clouds, one file per frame."""
+    """Point clouds, one file per frame; of a missing one, the file is None."""
 
-    def __init__(self, path: Path, suffix: str, rig: Rig | None, gaps: Gaps) -> None:
-        result = find_files(path, suffix, gaps)
-        self._files = result.files
-        present = [file for file in result.files if file is not None]
-        super().__init__(path, rig, result.numbers, present)
-        self._take_viewpoints(result.files, gaps)
-        self._take_unit(read_points(present[0]).metadata.metres_per_unit, present[0])
+    def __init__(
+        self,
+        path: Path,
+        rig: Rig | None,
+        files: Sequence[Path | None],
+        numbers: list[Number],
+        gaps: Gaps = "refuse",
+        read: Callable[[Path], PointFile] = read_points,
+    ) -> None:
+        present = [file for file in files if file is not None]
+        super().__init__(path, rig, numbers, present)
+        self._files, self._read = files, read
+        if rig is not None and rig.moves and len(files) == 1:
+            numbers, _ = numbers_in(present)  # which by itself is frame 0
+        self._viewpoints = list[NDArray[np.float64] | None]()
+        with naming(path if rig is None or rig.file is None else rig.file):
+            for file, number in zip(files, numbers, strict=True):
+                places = None
+                try:
+                    places = None if rig is None or file is None else rig.viewpoints(number)
+                except LostPoseError:
+                    if gaps == "refuse":
+                        raise
+                self._viewpoints.append(places)
+        stated = read(present[0]).metadata.metres_per_unit
+        if None not in (stated, self.metres_per_unit) and stated != self.metres_per_unit:
+            message = f"states {stated} metres per unit, but the cameras {self.metres_per_unit}"
+            raise InputError(message, file=present[0])
+        self.metres_per_unit = stated if self.metres_per_unit is None else self.metres_per_unit
 
     def _load(self, number: int) -> PointScan | None:
-        file = self._files[number]
-        return None if file is None else self._seen(read_points(file).scan, number)
+        file, viewpoints = self._files[number], self._viewpoints[number]
+        if file is None:
+            return None
+        scan = self._read(file).scan
+        if viewpoints is None:
+            return scan
+        return scan._replace(viewpoints=viewpoints.astype(scan.points.dtype))
 
 
 class DepthReader(ScanReader):
@@ -335,7 +330,8 @@ def open_scans(
             reader: ScanReader = DepthReader(path, rig, gaps, wanted)
         else:
             wanted.refuse_points()
-            reader = PointReader(path, suffix, rig, gaps)
+            found = find_files(path, suffix, gaps)
+            reader = PointReader(path, rig, found.files, found.numbers, gaps)
         reader.choose(frames)
         return reader
 

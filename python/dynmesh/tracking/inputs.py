@@ -12,14 +12,15 @@ from .._report import listed
 from ..completion.start import template_of
 from ..formats.conversion import agreed
 from ..formats.ply import read_elements
+from ..formats.text import Metadata
 from ..frame import Frames
 from ..registration import Landmarks
 from ..scans import PointScan, ScanReader, open_scans, read_points, unit_of_scans
-from ..scans.cameras import Rig, json_in
+from ..scans.cameras import json_in
 from ..scans.depth_files import SUFFIXES
 from ..scans.image_files import Wanted
-from ..scans.point_files import point_formats
-from ..scans.reader import ScanSource, read_rig
+from ..scans.point_files import PointFile, point_formats
+from ..scans.reader import PointReader, ScanSource, read_rig
 from ..topology import vertex_normals
 
 
@@ -85,27 +86,6 @@ def _check(given: Any) -> None:
     check_vector("position", given["position"])
 
 
-class SingleScan(ScanReader):
-    """A point cloud, or a mesh, whose vertices are the points."""
-
-    def __init__(self, path: Path, rig: Rig | None) -> None:
-        meshes = {suffix for format in formats.FORMATS.values() for suffix in format.suffixes}
-        meshes -= point_formats.keys()
-        if path.suffix.lower() not in meshes | point_formats.keys():
-            raise InputError(
-                f"unknown format {path.suffix!r}; scans are {listed(point_formats)} "
-                f"files, meshes ({', '.join(sorted(meshes))}), or depth images",
-                file=path,
-            )
-        super().__init__(path, rig, [0], [path])
-        self._take_viewpoints([path])
-        self._scan, stated = _read(path)
-        self._take_unit(stated, path)
-
-    def _load(self, number: int) -> PointScan:
-        return self._seen(self._scan, number)
-
-
 def open_single(
     path: Path, frame: float | None = None, **reading: Unpack[ScanSource]
 ) -> ScanReader:
@@ -130,7 +110,16 @@ def open_single(
         raise InputError(message, file=path)
     if not is_images:
         Wanted.of_reading(reading).refuse_points()
-        return SingleScan(path, read_rig(path, reading.get("cameras"), reading.get("poses")))
+        rig = read_rig(path, reading.get("cameras"), reading.get("poses"))
+        meshes = {suffix for format in formats.FORMATS.values() for suffix in format.suffixes}
+        meshes -= point_formats.keys()
+        if path.suffix.lower() not in meshes | point_formats.keys():
+            raise InputError(
+                f"unknown format {path.suffix!r}; scans are {listed(point_formats)} "
+                f"files, meshes ({', '.join(sorted(meshes))}), or depth images",
+                file=path,
+            )
+        return PointReader(path, rig, [path], [0], read=_points_of)
     result = open_scans(path, **reading)
     if result.n_frames > 1:
         raise InputError(
@@ -141,23 +130,20 @@ def open_single(
     return result
 
 
-def _read(path: Path) -> tuple[PointScan, float | None]:
-    """The points of a file, and the metres in their unit, if it is stated.
-
-    Of a mesh, they are its vertices, with their normals, which faces tell best.
-    """
+def _points_of(path: Path) -> PointFile:
+    """The points of a file, or the vertices of a mesh with their normals, which faces tell best."""
     suffix = path.suffix.lower()
     if suffix in point_formats:
         result = read_points(path)
         elements = read_elements(path)[0] if suffix == ".ply" else {}
         is_whole = "face" in elements and len(elements["vertex"]["x"]) == len(result.scan.points)
         if result.scan.normals is not None or not is_whole:
-            return result.scan, result.metadata.metres_per_unit
+            return result
     with formats.open(path) as mesh:
         points = template_of(mesh)
         normals = vertex_normals(mesh.faces, points.astype(np.float64)).astype(points.dtype)
-        unit = mesh.header.metres_per_unit
+        unit = Metadata(metres_per_unit=mesh.header.metres_per_unit)
     has_normal = normals.any(axis=1)
     if not has_normal.any():
-        return PointScan(points, None, None), unit
-    return PointScan(points[has_normal], normals[has_normal], None), unit
+        return PointFile(PointScan(points, None, None), unit)
+    return PointFile(PointScan(points[has_normal], normals[has_normal], None), unit)

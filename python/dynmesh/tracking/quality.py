@@ -2,13 +2,12 @@
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, fields
-from itertools import groupby
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
 from .. import _core
-from .._report import Quality, counted, some_of
+from .._report import Quality, counted, runs_of, some_of
 from ..formats.names import Number
 from ..scans import ScanReader
 from ..tracker import Agreement, Tracker, TrackingReport
@@ -217,9 +216,10 @@ class Fits:
         """Says how many frames are not good, and what is wrong with the worst one."""
         bad = [tracked.number for tracked in self._measured if tracked.report.quality != "good"]
         worst = self.worst[0]
+        runs = [f"{run[0]} to {run[-1]}" if len(run) > 1 else str(run[0]) for run in runs_of(bad)]
         yield (
             f"{len(bad)} of {counted(len(self._measured), 'frame')} "
-            f"{'is' if len(bad) == 1 else 'are'} not good: {ranges_of(bad)}"
+            f"{'is' if len(bad) == 1 else 'are'} not good: {some_of(runs, _MOST_FRAMES)}"
         )
         yield f"of frame {worst.number}, which is {worst.report.quality}, {worst.report.reason}"
 
@@ -250,16 +250,6 @@ class Fits:
                 "errors tell"
             )
         return tuple(messages)
-
-
-def ranges_of(numbers: list[Number]) -> str:
-    """Names numbers in order, runs of them by their ends, such as "3, 7 to 12"."""
-    runs = [
-        [number for _, number in run]
-        for _, run in groupby(enumerate(numbers), lambda item: item[1] - item[0])
-    ]
-    named = [str(run[0]) if len(run) == 1 else f"{run[0]} to {run[-1]}" for run in runs]
-    return some_of(named, _MOST_FRAMES)
 
 
 def beyond(values: Mapping[Any, float], times: float, least: float) -> set[Any]:
