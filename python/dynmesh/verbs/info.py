@@ -47,16 +47,16 @@ class MeshRow:
     metres_per_unit: float | None = None
 
     def cells(self) -> list[str]:
-        """The row of a table, of which _COLUMNS are the headings."""
+        """Its frames, vertices, what is missing, and its unit."""
         if not self.frames:
             return ["moves" if self.moves else "does not move"]
         span = f"{self.first:g} to {self.last:g}" if self.moves else "does not move"
         missing = percent(self.missing) if self.missing else "nothing"
-        unit = "unknown" if self.metres_per_unit is None else f"{self.metres_per_unit:g} m"
-        return [span, str(self.vertices), missing, unit]
+        return [span, str(self.vertices), missing, _unit(self.metres_per_unit)]
 
 
-_COLUMNS = ["mesh", "frames", "vertices", "missing", "unit"]
+def _unit(metres: float | None) -> str:
+    return "unknown" if metres is None else f"{metres:g} m"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -79,20 +79,21 @@ class InfoReport(Report):
 
     def lines(self) -> list[str]:
         """Describes the sequence, and lists the findings with advice."""
-        table = [_COLUMNS, *([name, *row.cells()] for name, row in self.meshes.items())]
-        messages = aligned(table) if self.meshes else []
+        messages = list[str]()
+        if self.meshes:
+            head = ["mesh", "frames", "vertices", "missing", "unit"]
+            messages = aligned([head, *([name, *row.cells()] for name, row in self.meshes.items())])
         if self.diagnosis is None:
             return [*messages, *super().lines()]
-        rows = [("format", self.format), *_rows(self.diagnosis)]
-        others = [("not read", some_of([*self.not_read], _MOST_NAMES))] if self.not_read else []
-        rows[1:1] = [("files read", self.files), *others] if self.files else []
-        width = 2 + max(len(name) for name, _ in rows)
-        messages += [
-            *([""] if messages else []),
-            *(f"{name:{width}}{value}" for name, value in rows),
-            "",
-        ]
-        messages.append(self.diagnosis.summary)
+        rows = {"format": self.format}
+        if self.files:
+            rows["files read"] = self.files
+        if self.not_read:
+            rows["not read"] = some_of([*self.not_read], _MOST_NAMES)
+        rows |= _facts(self.diagnosis)
+        messages += [""] * bool(messages)
+        messages += aligned([*rows.items()])
+        messages += ["", self.diagnosis.summary]
         for one in self.diagnosis.findings:
             messages += wrap(f"{one.severity}: {one.message}", _WIDTH, subsequent_indent="  ")
             messages += wrap(one.advice, _WIDTH, initial_indent="  ", subsequent_indent="  ")
@@ -176,27 +177,23 @@ def _meshes(
             how["prim"] = one_or_more
             with formats.open(path, **how) as frames:
                 for name, one in (frames.each or {str(frames.header.name): frames}).items():
-                    rows[name] = _row_of(one, moves[name])
+                    header = one.header
+                    with closing(one.frames()) as every:
+                        lost = float(np.mean([1 - frame.present.mean() for frame in every]))
+                    rows[name] = MeshRow(
+                        moves=moves[name],
+                        frames=header.n_frames,
+                        first=header.number(0),
+                        last=header.number(header.n_frames - 1),
+                        vertices=header.n_vertices,
+                        missing=lost,
+                        metres_per_unit=header.metres_per_unit,
+                    )
     except InputError as error:
         if error.argument == "prim":
             raise
         return rows, (str(error),)
     return rows, ()
-
-
-def _row_of(frames: Frames, moves: bool) -> MeshRow:
-    header = frames.header
-    with closing(frames.frames()) as every:
-        missing = float(np.mean([1 - frame.present.mean() for frame in every]))
-    return MeshRow(
-        moves=moves,
-        frames=header.n_frames,
-        first=header.number(0),
-        last=header.number(header.n_frames - 1),
-        vertices=header.n_vertices,
-        missing=missing,
-        metres_per_unit=header.metres_per_unit,
-    )
 
 
 def _files_of(frames: Frames) -> tuple[str, tuple[str, ...]]:
@@ -218,7 +215,7 @@ def _files_of(frames: Frames) -> tuple[str, tuple[str, ...]]:
     return f"{' to '.join(ends)}: {each}", tuple(others)
 
 
-def _rows(diagnosis: Diagnosis) -> Iterator[tuple[str, str]]:
+def _facts(diagnosis: Diagnosis) -> Iterator[tuple[str, str]]:
     header = diagnosis.header
     first = header.number(0)
     yield "frames", str(header.n_frames)
@@ -236,8 +233,7 @@ def _rows(diagnosis: Diagnosis) -> Iterator[tuple[str, str]]:
         n_polygons = len(header.polygons.sizes)
         yield "faces", f"{n_polygons} polygons, cut into {len(header.faces)} triangles"
     yield "up axis", header.up_axis or f"unknown; probably {diagnosis.likely_up}"
-    said = header.metres_per_unit
-    yield "unit of length", "unknown" if said is None else f"{said:g} m"
+    yield "unit of length", _unit(header.metres_per_unit)
     yield "name", header.name or "unknown"
     yield "known masks", "yes" if header.has_known else "no"
     bars = header.has_standard_error
