@@ -16,11 +16,10 @@ import numpy as np
 from dynmesh import losses, synth
 from dynmesh._arrays import Mask
 
-from . import deep_holes
 from .harness import ABSENT, Line, Table, nmsve_cell, number, progress
 from .methods import ARAP_FROM_PREVIOUS, BASELINES, DETAIL, MOTION
 from .runner import followed, run_all
-from .subjects import Subject, losses_of
+from .subjects import Subject, deep_holes, flippers, losses_of
 from .tracking import methods
 
 NAMES: tuple[synth.Name, ...] = get_args(synth.Name)
@@ -56,8 +55,8 @@ def cases(names: Iterable[str]) -> Iterator[Case]:
     """Yield what is completed of subjects of these names."""
     for name in names:
         if name == "flippers":
-            subject = deep_holes.flippers()
-            yield subject, {"deep holes": deep_holes.masks(subject)}
+            subject = flippers()
+            yield subject, {"deep holes": deep_holes(subject)}
         else:
             built_in = subjects(COMPLETED, [known for known in NAMES if known == name])
             subject = cloth(name) if name in CLOTHS else built_in[0]

@@ -23,8 +23,7 @@ from ..harness import (
 from ..runner import Run
 from ..subjects import PAPER_SHARES, SCENARIOS, percent
 from . import charts, pictures
-from .claims import verdicts
-from .study import Study, study
+from .study import Study, study, verdicts
 
 _DIVERGES = 1.0  # bounding-box diagonals
 

@@ -15,8 +15,7 @@ from ..methods import BASELINES, COMPARED, DETAIL, LIA_ON_MOTION, MOTION, Method
 from ..runner import Run
 from ..style import NMSVE_LABEL, new_figure, save
 from ..subjects import percent
-from .claims import time_of_unknown
-from .study import Study
+from .study import Study, time_of_unknown
 
 Floats = NDArray[np.float64]
 

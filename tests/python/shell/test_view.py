@@ -12,9 +12,9 @@ from shown import COMPLETED, HOLED, MOVING, PARTIAL, TRUTH
 
 from dynmesh import Sequence, view, write
 from dynmesh import open as open_sequence
+from dynmesh.draw.figures import thin
 from dynmesh.draw.page import Shown
 from dynmesh.draw.page import page as page_for
-from dynmesh.draw.page.simplify import thin
 
 
 def test_a_page_needs_nothing_but_itself_to_show_what_it_names(

@@ -17,10 +17,9 @@ from ...formats.times import are_clock_times, called, mean_rate
 from ...frame import Frames, frame_at
 from ...scans import ScanReader, unit_of_scans
 from ...topology import assumed, likely_up
-from ..figures import View
+from ..figures import View, thin
 from ..heatmap import Colour, Heatmap, ShownFrame, short_names, stated_up
 from .player import player
-from .simplify import thin
 from .verdicts import shown_verdicts
 
 

@@ -7,10 +7,9 @@ from ..._errors import InputError, locating
 from ...frame import Frames
 from ...scans import ScanReader
 from ...topology import likely_up
-from ..figures import KNOWN_COLOUR, SURFACE_COLOUR, View
+from ..figures import KNOWN_COLOUR, SURFACE_COLOUR, View, thin
 from . import Page, Shown
 from .document import FIELD_OF_VIEW, Unit, document, new_plot, number_of, packed
-from .simplify import thin
 
 _MOST_POINTS = 40_000
 """Of the scan; more would make the page large and slow."""
