@@ -80,14 +80,17 @@ def mask(path: Path, name: str, kind: str, known: np.ndarray) -> None:
 @pytest.mark.parametrize("format", [name for name in FORMATS if "known" in KEPT[name]][:-1])
 def test_confidences_become_masks_by_the_least_that_counts(tmp_path: Path, format: str) -> None:
     expected = SEEN & (np.arange(K) > 0)
+    values: Any
     for least, values in ((128, CONFIDENCE), (0.5, (CONFIDENCE / 255).astype(np.float32))):
         (folder := tmp_path / f"{least}").mkdir()
         path = with_confidences(folder, format, values)
         np.testing.assert_array_equal(dynmesh.read(path, least_confidence=least).known, expected)
         told = run("complete", path, folder / "made.npz", code=1).stderr
         assert "--least-confidence is the least that counts as known" in told
-    path = with_confidences(tmp_path, format, 255 * SEEN.astype(np.uint8))  # an image
-    np.testing.assert_array_equal(dynmesh.read(path).known, SEEN)
+    for values in (255 * SEEN.astype(np.uint8), SEEN.astype(np.int32)):  # an image, and a mask
+        (folder := tmp_path / f"{values.dtype}").mkdir()
+        path = with_confidences(folder, format, values)
+        np.testing.assert_array_equal(dynmesh.read(path).known, SEEN)
 
 
 def test_masks_in_files_of_their_own_may_be_confidences(tmp_path: Path) -> None:

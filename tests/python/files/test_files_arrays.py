@@ -145,30 +145,6 @@ def test_arrays_of_others_are_read(tmp_path: Path, layout: str) -> None:
         np.testing.assert_array_equal(next(second).points, before.vertices[2])
 
 
-@pytest.mark.parametrize("kind", ["u1", "i8", ">u4"])
-@pytest.mark.parametrize("suffix", ["", "npy", "npz", "h5"])
-def test_masks_of_integers_are_read(tmp_path: Path, suffix: str, kind: str) -> None:
-    """In a file of their own or with the sequence, whose numbers begin with 1001 where stated."""
-
-    def read(flags: Array) -> Any:
-        if suffix:
-            about = {} if suffix == "npy" else {"start": 1001}
-            return dynmesh.read(store(tmp_path / f"a.{suffix}", GOOD | {"known": flags} | about))
-        np.save(tmp_path / "mask.npy", flags)
-        bare = dynmesh.Sequence(GOOD["vertices"], GOOD["faces"], start=1001)
-        dynmesh.write(tmp_path / "a.npz", bare)
-        return dynmesh.read(tmp_path / "a.npz", known=tmp_path / "mask.npy")
-
-    flags = np.array([[1, 1, 1, 1], [0, 1, 0, 1]], kind)
-    known = read(flags).known
-    assert known.dtype == np.bool_
-    np.testing.assert_array_equal(known, flags == 1)
-    flags[1, 3] = 7
-    file = f"a.{suffix}" if suffix else "mask.npy"
-    told = rf"frame {1 if suffix == 'npy' else 1002}: known: .* vertex 3 has 7"
-    assert_refused(tmp_path / file, told, lambda _: read(flags))
-
-
 @pytest.mark.parametrize(
     ("suffix", "arrays", "message"),
     [
@@ -273,20 +249,6 @@ def test_an_existing_mesh_with_the_same_faces_is_kept(tmp_path: Path) -> None:
     for axis in ("z", "y"):
         dynmesh.write(tmp_path / "b.pc2", replace(other, up_axis=axis))
         assert dynmesh.read(tmp_path / "b.pc2").up_axis == axis
-
-
-def test_faces_come_from_the_mesh_beside(tmp_path: Path) -> None:
-    path = tmp_path / "a.pc2"
-    before = cached()
-    path.write_bytes(pc2(before.vertices))
-    dynmesh.write(tmp_path / "a.ply", cached(1))
-    again = dynmesh.read(path)
-    assert again.start == 7
-    np.testing.assert_array_equal(again.vertices, before.vertices)
-    np.testing.assert_array_equal(again.faces, before.faces)
-    dynmesh.write(tmp_path / "a.obj", dynmesh.Sequence(np.zeros((1, 4, 3)), np.array([[0, 1, 2]])))
-    assert_refused(path, r"has 49 vertices, but the mesh .* has 4$", dynmesh.open)
-    dynmesh.open(path, faces=before.faces).close()  # files beside it are ignored
 
 
 FRAMES = np.arange(10 * K * 3, dtype=np.float32).reshape(10, K, 3)

@@ -64,16 +64,11 @@ def test_a_mesh_is_chosen_and_info_lists_them(tmp_path: Path) -> None:
     told = json.loads(run("info", path, "--json").stdout)
     moves = {name: row["moves"] for name, row in told["meshes"].items()}
     assert moves == {"/Still": False, "/Moving": True}
-    assert told["sequence"]["name"] == "/Moving"
-    assert "meshes" not in json.loads(run("info", path, "--json", "--prim", "/Still").stdout)
     layer(path, still, moving, other)
     assert_refused(path, ": /Moving, /Other")
     assert dynmesh.read(path, prim="/Other").vertices[0, 0, 2] == 3
     for prim in ("/Nobody", "Moving", "not a path"):
         assert_refused(path, f"'{prim}'.* /Still, /Moving, /Other", prim=prim)
-    shown = [line.split() for line in run("info", path).stdout.splitlines()]
-    assert ["/Still", "does", "not", "move", "3", "nothing", "unknown"] in shown
-    assert ["/Other", "0", "to", "1", "3", "nothing", "unknown"] in shown
     assert "--prim" in run("info", path, "--strict", code=2).stderr
     assert_refused(layer(path, 'def Xform "Body" {}'))
 

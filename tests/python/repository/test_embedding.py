@@ -59,41 +59,35 @@ def test_cpp_and_c(tmp_path: Path, programs: Path) -> None:
     ]
 
 
+def built_alone(program: Path, programs: Path) -> Path:
+    """Builds a program as the document does those of its project."""
+    before, _, _ = blocks("cmake", DOCUMENT)[0].partition("add_executable")
+    (program.parent / "CMakeLists.txt").write_text(
+        f"{before}add_executable(alone {program.name})\n"
+        "target_link_libraries(alone PRIVATE dynmesh::dynmesh)\n"
+    )
+    return build(program.parent, programs) / "alone"
+
+
 @pytest.mark.usefixtures("strict_compilers")
 def test_the_program_of_the_readme(tmp_path: Path, programs: Path) -> None:
-    project = blocks("cmake", DOCUMENT)[0]
-    before, _, _ = project.partition("add_executable")
-    (program,) = blocks("cpp")
-    (tmp_path / "readme.cpp").write_text(program)
-    (tmp_path / "CMakeLists.txt").write_text(
-        f"{before}add_executable(readme readme.cpp)\n"
-        "target_link_libraries(readme PRIVATE dynmesh::dynmesh)\n"
-    )
+    (text,) = blocks("cpp")
+    (tmp_path / "readme.cpp").write_text(text)
     body = dynmesh.synth.ocean(2, grid=10)
     dynmesh.write(tmp_path / "body.obj", body[:1])
     frame = body.vertices[1].astype(np.float32)
     frame[:40] = np.nan
-    result = subprocess.run(
-        [build(tmp_path, programs) / "readme"],
-        cwd=tmp_path,
-        input=frame.tobytes(),
-        check=True,
-        capture_output=True,
-    )
-    assert result.stdout.startswith(b"40 filled in\n")
+    command = [built_alone(tmp_path / "readme.cpp", programs)]
+    given = frame.tobytes()
+    shown = subprocess.run(command, cwd=tmp_path, input=given, check=True, capture_output=True)
+    assert shown.stdout.startswith(b"40 filled in\n")
 
 
 @pytest.mark.usefixtures("strict_compilers")
 @pytest.mark.parametrize(("number", "program"), [(0, "track_points.cpp"), (1, "track_image.c")])
 def test_the_trackers(number: int, program: str, tmp_path: Path, programs: Path) -> None:
-    project = blocks("cmake", DOCUMENT)[0]
-    before, _, _ = project.partition("add_executable")
-    (tmp_path / "CMakeLists.txt").write_text(
-        f"{before}add_executable(track {program})\n"
-        "target_link_libraries(track PRIVATE dynmesh::dynmesh)\n"
-    )
     shutil.copy(PROGRAMS / program, tmp_path)
-    shown = run(build(tmp_path, programs) / "track", cwd=tmp_path)
+    shown = run(built_alone(tmp_path / program, programs), cwd=tmp_path)
     assert shown == blocks("text", DOCUMENT)[number]
 
 

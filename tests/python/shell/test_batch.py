@@ -269,14 +269,6 @@ def test_a_cluster_without_workers_is_told_and_waited_for(
     assert f"start `dask worker {here.scheduler_address}`" in error.getvalue()
 
 
-def test_a_scheduler_that_does_not_answer_is_named(tmp_path: Path) -> None:
-    (tmp_path / "jobs.csv").write_text("input,output\na.npz,b.npz\n")
-    with dask.config.set({"distributed.comm.timeouts.connect": "0.1s"}):
-        words = ("batch", tmp_path / "jobs.csv", "--scheduler", "tcp://127.0.0.1:1")
-        told = run(*words, code=1).stderr
-    assert "no Dask scheduler answers at tcp://127.0.0.1:1" in told
-
-
 def children_of(pid: int) -> dict[int, bytes]:
     """The processes that the threads of a process have started, and their command lines."""
     threads = Path(f"/proc/{pid}/task").glob("*/children")

@@ -94,16 +94,6 @@ def test_an_interruption_while_modules_load_gives_no_traceback(module: str, tmp_
     assert (ended.returncode, ended.stdout, ended.stderr) == (-signal.SIGINT, "", "")
 
 
-def test_who_reads_the_output_may_stop(job: Path) -> None:
-    words = [sys.executable, "-m", "dynmesh", "info", str(job / "truth.npz"), "--json"]
-    with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
-        assert process.stdout is not None
-        process.stdout.close()
-        assert process.stderr is not None
-        assert process.stderr.read() == b""
-    assert process.returncode == 0
-
-
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The folder that commands run in, with a small sea, whole and partial."""

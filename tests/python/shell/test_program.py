@@ -333,32 +333,3 @@ def test_an_interrupt_that_is_ignored_stays_ignored(start: Any, job: Job) -> Non
         completed, _ = process.communicate(job.partial[1:].tobytes(), timeout=60)
     assert process.returncode == 0
     assert completed == job.completed
-
-
-def example(
-    programs: Path, name: str, *words: str | Path, data: bytes = b"", code: int = 0
-) -> subprocess.CompletedProcess[bytes]:
-    """Runs an example to its end."""
-    command = [programs / "examples" / name, *words]
-    ended = subprocess.run(command, input=data, capture_output=True, check=False, timeout=60)
-    assert ended.returncode == code, ended.stderr
-    return ended
-
-
-def test_examples_go_on_after_a_frame_that_is_refused(
-    programs: Path, job: Job, tmp_path: Path
-) -> None:
-    partial = job.partial.copy()
-    partial[4, 7] = 1e20  # frame 5, as frame 0 is the template
-    bad, out = tmp_path / "bad.raw", tmp_path / "out.raw"
-    bad.write_bytes(partial.tobytes())
-    completer = dynmesh.Completer(job.sequence.faces, job.sequence.vertices[0])
-    frames = [completer.skip() if i == 4 else completer.push(f) for i, f in enumerate(partial)]
-    expected = np.stack(frames).tobytes()
-    every = example(programs, "cpp/capture_loop", job.template, bad, out, "--every-frame")
-    assert every.stdout.startswith(b"19 frames completed, 0 dropped")
-    assert every.stderr.startswith(b"capture_loop: frame 5 refused: points: row 7 is at ")
-    assert out.read_bytes() == expected
-    shown = example(programs, "c/complete_stream", job.template, data=partial.tobytes())
-    assert shown.stderr.startswith(b"frame 5: points: row 7 is at ")
-    assert shown.stdout == expected
