@@ -17,15 +17,19 @@ from dynmesh._arrays import Positions
 from dynmesh.draw import figures
 from dynmesh.draw.figures import SURFACE_COLOUR, View
 
-from .style import new_figure, save
+from .style import new_figure, save, transparent
 from .subjects import Subject
 
 HEATMAP = ListedColormap(figures.heatmap(256))
 ERRORS = ScalarMappable(LogNorm(0.1, 5, clip=True), HEATMAP)
 """The colours of errors in per cent of the bounding-box diagonal; the ends hold what is beyond."""
 
+EDGES = ScalarMappable(LogNorm(0.1, 5, clip=True), HEATMAP)
+"""The same of errors in mean edges."""
+
 _WIDTH = 3.0  # of a panel, in inches
 _PER_SECOND = 15  # frames of a moving picture
+_MOVING_DPI = 75
 
 
 class Panel(NamedTuple):
@@ -61,11 +65,16 @@ def surface(
 
 
 def sheet(
-    rows: list[list[Panel]], path: Path, scale: ScalarMappable | None = None, heading: str = ""
+    rows: list[list[Panel]],
+    path: Path,
+    scale: ScalarMappable | None = None,
+    heading: str = "",
+    unit: str = "% of diagonal",
+    font: float = 12,
 ) -> None:
-    """Arrange pictures in rows, with a bar of colours if there is a scale of errors in per cent.
+    """Arrange pictures in rows, with a bar of colours if there is a scale of errors.
 
-    White margins are cut off, from all alike. A file .png is a still picture, .webp a moving one.
+    White margins are cut off, from all alike. If panels have several images, the picture moves.
     """
     panels = [*chain(*rows)]
     images = iter(figures.cropped([image for panel in panels for image in panel.images]))
@@ -74,12 +83,13 @@ def sheet(
     # Panels of tall subjects are made smaller, so that the figure fits on a page.
     each = min(_WIDTH * height / width, 10.5 / len(rows), 4.2)
     across = _WIDTH * len(rows[0]) + (0.9 if scale else 0)
-    with new_figure(max(across, 10.5), (each + 0.45) * len(rows) + 0.8) as figure:
+    with new_figure(max(across, 10.5), (each + font / 27) * len(rows) + 0.8) as figure:
         axes = figure.subplots(len(rows), len(rows[0]), squeeze=False)
         figure.suptitle(heading)
         for axis, panel in zip(axes.flat, panels, strict=True):
-            axis.set(xticks=[], yticks=[], xlabel=panel.caption)
-            axis.set_title(panel.title, fontsize=12)
+            axis.set(xticks=[], yticks=[])
+            axis.set_xlabel(panel.caption, fontsize=font)
+            axis.set_title(panel.title, fontsize=font)
             axis.grid(visible=False)
             axis.spines[:].set_visible(False)
         shown = [
@@ -90,16 +100,16 @@ def sheet(
             bar = figure.colorbar(
                 scale, ax=axes, extend="both", shrink=0.6 if len(rows) > 1 else 0.85, pad=0.01
             )
-            bar.set_label("error / % of diagonal")
-        if path.suffix == ".png":
+            bar.set_label(f"error / {unit}")
+        if len(frames) == 1:
             save(figure, path, is_chart=False)
             return
         moving = []
         for frame in frames:
             for artist, image in zip(shown, frame, strict=True):
                 artist.set_data(image)
-            figure.savefig(file := io.BytesIO())
-            moving.append(Image.open(file))
+            figure.savefig(file := io.BytesIO(), dpi=_MOVING_DPI)
+            moving.append(transparent(Image.open(file), is_chart=False))
         path.parent.mkdir(parents=True, exist_ok=True)
         moving[0].save(
             path,
@@ -107,6 +117,6 @@ def sheet(
             append_images=moving[1:],
             duration=round(1000 / _PER_SECOND),
             loop=0,
-            quality=75,
+            quality=70,
             method=6,
         )

@@ -26,7 +26,7 @@ NAMES: tuple[synth.Name, ...] = get_args(synth.Name)
 COMPLETED = range(0, 25, 3)  # frames
 CLOTHS = {"cloth 30 x 30": (30, 1), "cloth 45 x 45": (45, 2)}  # vertices along a side, and a seed
 TRACKED = range(0, 9, 4)
-_POINTS = 5000
+POINTS = 5000
 LARGEST = 5000  # vertices of subjects that are tracked; rivals take minutes for larger ones
 COMPLETED_NAMES = (*NAMES, *CLOTHS, "flippers")
 
@@ -88,7 +88,7 @@ def tracking(chosen: Iterable[Subject]) -> Table:
         if subject.n_vertices > LARGEST:
             continue
         around = losses.orbit(subject.box, 4, up=subject.up_vector)(0)
-        scans = losses.scan_points(subject.vertices, subject.faces, around, points=_POINTS)
+        scans = losses.scan_points(subject.vertices, subject.faces, around, points=POINTS)
         _, *later = scans
         errors = {
             label: float(followed(subject, later, register)[:, 0].mean())

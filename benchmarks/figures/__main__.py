@@ -3,7 +3,7 @@
     python -m benchmarks.figures [--page PAGE] [--out FOLDER] [--draft]
 
 writes OUT/PAGE/* for PAGE readme, method, training and track, or for one of them, from the
-built-in sequences, and for results from docs/tables; OUT is docs/figures unless it is given.
+built-in sequences, and for speed from docs/tables; OUT is docs/figures unless it is given.
 Without libigl, its columns are left out. Takes about five minutes; a draft takes seconds, as it
 shows a small sheet instead.
 """
@@ -14,10 +14,11 @@ from pathlib import Path
 import dynmesh
 
 from ..harness import DOCS
+from ..rivals import TRACKED, subjects
 from ..subjects import Subject
 from . import charts, walker
 
-PAGES = ("readme", "method", "training", "track", "results")
+PAGES = ("readme", "method", "training", "track", "speed")
 
 
 def main() -> None:
@@ -42,8 +43,9 @@ def main() -> None:
         elif page == "training":
             walker.training(subject, out, other.vertices)
         elif page == "track":
-            walker.track(subject, out)
-        elif page == "results":
+            (hand,) = [subject] if arguments.draft else subjects(TRACKED, ["hand"])
+            walker.track(hand, out)
+        elif page == "speed":
             charts.latency(out)
 
 

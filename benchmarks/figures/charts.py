@@ -36,7 +36,7 @@ def latency(folder: Path) -> None:
         axes.minorticks_off()
         axes.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
         axes.legend()
-        save(figure, folder / "results" / "latency.png", is_chart=True)
+        save(figure, folder / "speed" / "latency.webp", is_chart=True)
 
 
 def generations(folder: Path) -> None:
@@ -63,4 +63,4 @@ def generations(folder: Path) -> None:
         axis.set_aspect("equal")
         axis.set_axis_off()
         figure.legend(loc="outside right center")
-        save(figure, folder / "method" / "generations.png", is_chart=True)
+        save(figure, folder / "method" / "generations.webp", is_chart=True)

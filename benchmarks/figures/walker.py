@@ -14,72 +14,82 @@ import dynmesh
 from dynmesh._arrays import Mask, Positions
 from dynmesh.draw import figures
 from dynmesh.draw.figures import View
-from dynmesh.topology import vertex_normals
+from dynmesh.topology import mean_edge_of, vertex_normals
 
-from .. import tracking
+from .. import rivals, tracking
 from ..harness import nmsve_cell, progress
 from ..methods import BIHARMONIC, DETAIL, MOTION, Method, trained
-from ..pictures import ERRORS, Panel, sheet, surface, view_of
+from ..pictures import EDGES, ERRORS, Panel, sheet, surface, view_of
 from ..runner import run, vertex_error
 from ..subjects import Subject, scenario_masks
 
 _OUTSIDE, _INSIDE, _DOTS = "#5b9bd0", "#2c4964", "#2f78b7"  # what was observed
-_CAMERAS = 2
+_CAMERAS = 4
 _OTHER = 12  # frames between two that are put together
 
 
 def readme(subject: Subject, folder: Path) -> None:
-    """The moving picture of README."""
+    """The moving picture of README, whose letters can be read on a phone."""
     methods = {"dynmesh": DETAIL, "libigl": BIHARMONIC}
-    numbers = range(1, subject.n_frames, 3)
-    completions(subject, numbers, methods, folder / "readme" / "walker.webp", with_truth=False)
+    panels, errors = completed(subject, range(1, subject.n_frames, 3), methods, "readme")
+    seen, *others = (panel._replace(caption="") for panel in panels)
+    truth, ours, *rivals = others
+    if rivals:
+        times = errors["libigl"] / errors["dynmesh"]
+        ours = ours._replace(caption=f"{times:.0f} times\nsmaller error")
+    path = folder / "readme" / "walker.webp"
+    sheet([[truth, seen._replace(title="seen"), ours, *rivals]], path, font=24)
 
 
 def hidden_side(subject: Subject, folder: Path) -> None:
     """What the methods make of the side that the camera does not see."""
     methods = {"motion": MOTION, "detail": DETAIL, "libigl": BIHARMONIC}
     numbers = [subject.frame_at(0.6)]
-    completions(subject, numbers, methods, folder / "method" / "hidden_side.png")
+    completions(subject, numbers, methods, folder / "method" / "hidden_side.webp")
 
 
 def training(subject: Subject, folder: Path, frames: Positions) -> None:
     """The same frame without and with training frames."""
     methods = {"detail": DETAIL, "detail, trained": trained(frames)}
     numbers = [subject.frame_at(0.546)]
-    completions(subject, numbers, methods, folder / "training" / "walker.png")
+    completions(subject, numbers, methods, folder / "training" / "walker.webp")
 
 
 def completions(
-    figure: Subject,
-    numbers: Sequence[int],
-    methods: Mapping[str, Method],
-    path: Path,
-    *,
-    with_truth: bool = True,
+    subject: Subject, numbers: Sequence[int], methods: Mapping[str, Method], path: Path
 ) -> None:
     """Complete what a camera sees of a whole sequence, and draw some of its frames."""
+    panels, _ = completed(subject, numbers, methods, path.name)
+    sheet([panels], path, ERRORS)
+
+
+def completed(
+    figure: Subject, numbers: Sequence[int], methods: Mapping[str, Method], name: str
+) -> tuple[list[Panel], dict[str, float]]:
+    """Return pictures of what was observed, the truth and completions, and the errors of these."""
     subject = replace(figure, azimuth=200)
     masks = scenario_masks("camera", subject)
     widest, truth = view_of(subject, numbers), subject.vertices
     views = {n: widest.around(truth[n]) for n in numbers}
     seen = [observed(subject, truth[n], masks[n], view) for n, view in views.items()]
-    panels = [Panel(seen, "observed", f"{100 * np.mean(masks[1:]):.0f} % of the vertices")]
-    if with_truth:
-        panels.append(
-            Panel([surface(subject, truth[n], view) for n, view in views.items()], "true")
-        )
-    for title, method in progress(methods.items(), path.name):
+    panels = [
+        Panel(seen, "observed", f"{100 * np.mean(masks[1:]):.0f} % of the vertices"),
+        Panel([surface(subject, truth[n], view) for n, view in views.items()], "true"),
+    ]
+    errors = {}
+    for title, method in progress(methods.items(), name):
         try:
             found = run(subject, method, masks, keep=numbers)
         except ImportError as error:
-            print(f"{path}: {title} is left out: {error}", file=sys.stderr)
+            print(f"{name}: {title} is left out: {error}", file=sys.stderr)
             continue
         images = [
             surface(subject, frame, views[n], vertex_error(subject, n, frame))
             for n, frame in found.frames.items()
         ]
+        errors[title] = found.error
         panels.append(Panel(images, title, f"NMSVE x 1e4: {nmsve_cell(found.error)}"))
-    sheet([panels], path, ERRORS)
+    return panels, errors
 
 
 def observed(subject: Subject, points: Positions, known: Mask, view: View) -> figures.Image:
@@ -112,32 +122,36 @@ def whole_frame(figure: Subject, folder: Path) -> None:
         Panel([put_together], f"frame {shown}, put together", f"from {n} frames; error in colour"),
         Panel([surface(subject, vertices[shown], view)], "truth"),
     ]
-    sheet([panels], folder / "method" / "whole_frame.png", ERRORS)
+    sheet([panels], folder / "method" / "whole_frame.webp", ERRORS)
 
 
-def track(figure: Subject, folder: Path) -> None:
-    """Track points without correspondences up to one frame, and draw it beside the truth."""
-    shown = figure.frame_at(0.6)
-    subject = replace(figure, vertices=figure.vertices[: shown + 1], azimuth=40)
-    # The cameras circle the positions of all frames, so that no point leaves the pictures.
-    cameras = dynmesh.losses.orbit(subject.box, _CAMERAS, up=subject.up_vector)
+def track(subject: Subject, folder: Path) -> None:
+    """Track points without correspondences, and draw the last frame beside others and the truth.
+
+    The scans and the errors are those of docs/tables/rivals-tracking.csv.
+    """
+    around = dynmesh.losses.orbit(subject.box, _CAMERAS, up=subject.up_vector)(0)
     scans = list(
-        dynmesh.losses.scan_points(subject.vertices, subject.faces, cameras, outliers=0.01)
+        dynmesh.losses.scan_points(subject.vertices, subject.faces, around, points=rivals.POINTS)
     )
-    view, scan = view_of(subject, [shown]), scans[-1]
+    shown = len(scans) - 1
+    view, scan, truth = view_of(subject, [shown]), scans[-1], subject.vertices[shown]
     ahead = scan.points[scan.normals @ view.axes[2] > 0]
     dots = np.ones(len(ahead), np.bool_)
     points = figures.render(subject.faces[:0], ahead, view, np.zeros(len(ahead)), (_DOTS,), dots)
     panels = [
         Panel([points], "scan", f"{len(scan.points)} points, {_CAMERAS} cameras"),
-        Panel([surface(subject, subject.vertices[shown], view)], "true"),
+        Panel([surface(subject, truth, view)], "true"),
     ]
+    edge = mean_edge_of(subject.vertices[0], subject.faces)
     register = tracking.methods(subject)
-    for label in ("dynmesh", "rigid ICP (trimesh)"):
-        frame = subject.vertices[0]
-        for later in progress(scans[1:], label):
+    named = {"dynmesh": "dynmesh", "nricp_amberg (trimesh)": "non-rigid ICP (trimesh)"}
+    for label, title in named.items():
+        frame, errors = subject.vertices[0], []
+        for n, later in progress(enumerate(scans[1:], 1), title):
             frame = register[label](frame, later)
-        error = vertex_error(subject, shown, frame)
-        caption = f"off by {100 * np.mean(error):.2f} % on average"
-        panels.append(Panel([surface(subject, frame, view, error)], label, caption))
-    sheet([panels], folder / "track" / "walker.png", ERRORS)
+            errors.append(np.linalg.norm(frame - subject.vertices[n], axis=1) / edge)
+        caption = f"off by {np.mean(errors):.2g} edges"
+        image = surface(subject, frame, view, errors[-1] / 100, EDGES)
+        panels.append(Panel([image], title, caption))
+    sheet([panels], folder / "track" / "hand.webp", EDGES, unit="mean edges")

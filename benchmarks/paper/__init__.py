@@ -2,7 +2,7 @@
 
     script/reproduce [paper FOLDER NAME[:FRAMES] ...] [--frames N] [--quick] [--out FOLDER]
 
-writes the figures and tables of docs/results.md: figures 7 to 11 as in the paper, and 14 with
+writes the figures and tables of docs/paper.md: figures 7 to 11 as in the paper, and 14 with
 detail and libigl; a table of errors and times for each sequence, and the claims of the paper. A
 method of libigl that cannot complete a sequence is left out.
 """

@@ -23,9 +23,9 @@ Floats = NDArray[np.float64]
 def draw(studies: list[Study], folder: Path) -> None:
     """Draw all charts."""
     figure7(studies, folder)
-    compared(studies, COMPARED, folder / "figure9.png", with_bands=True)
+    compared(studies, COMPARED, folder / "figure9.webp", with_bands=True)
     methods = (MOTION, DETAIL, LIA_ON_MOTION, *BASELINES)  # whose bands would overlap
-    compared(studies, methods, folder / "figure14_detail_and_libigl.png", with_bands=False)
+    compared(studies, methods, folder / "figure14_detail_and_libigl.webp", with_bands=False)
 
 
 def figure7(studies: list[Study], folder: Path) -> None:
@@ -46,7 +46,7 @@ def figure7(studies: list[Study], folder: Path) -> None:
             iterations.set(ylabel="iterations per frame", title=_title(study))
             time.set(ylabel="time per frame / ms")
             _fitted_line(line, study)
-        save(figure, folder / "figure7.png", is_chart=True)
+        save(figure, folder / "figure7.webp", is_chart=True)
 
 
 def _fitted_line(axis: Axes, study: Study) -> None:

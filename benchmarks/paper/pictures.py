@@ -46,7 +46,7 @@ def figure8(study: Study, folder: Path) -> None:
         heatmap = surface(subject, run.frames[number], view, error, heat)
         below.append(Panel([heatmap], caption=nmsve_caption(run.nmsve[number - 1])))
     heading = "known (blue) and missing (red); error after completion"
-    path = folder / f"figure8_{subject.name}.png"
+    path = folder / f"figure8_{subject.name}.webp"
     sheet([above, below], path, heat, f"{subject.name}, frame {number}: {heading}")
 
 
@@ -71,7 +71,7 @@ def figure10(study: Study, folder: Path) -> None:
             image = surface(subject, run.frames[number], view)
             row.append(Panel([image], method.label, nmsve_caption(run.nmsve[number - 1])))
         rows.append(row if not rows else [panel._replace(title="") for panel in row])
-    sheet(rows, folder / f"figure10_{subject.name}.png", heading=subject.name)
+    sheet(rows, folder / f"figure10_{subject.name}.webp", heading=subject.name)
 
 
 def figure11(study: Study, folder: Path) -> None:
@@ -85,4 +85,4 @@ def figure11(study: Study, folder: Path) -> None:
         image = surface(subject, run.frames[number], view)
         row.append(Panel([image], title, nmsve_caption(run.nmsve[number - 1])))
     heading = f"{subject.name}, frame {number}, completed by motion"
-    sheet([row], folder / f"figure11_{subject.name}.png", heading=heading)
+    sheet([row], folder / f"figure11_{subject.name}.webp", heading=heading)

@@ -14,7 +14,7 @@
 namespace dynmesh {
 
 /// How the work of a frame is divided into pieces, and from which number of pieces on other threads
-/// are woken. docs/results.md and the documentation of the setting `threads` state the resulting
+/// are woken. docs/speed.md and the documentation of the setting `threads` state the resulting
 /// mesh sizes.
 struct TaskSharing {
   /// The number of vertices in a chunk, whose part of every array fits into the first-level cache.

@@ -94,7 +94,7 @@ def test_the_figures_and_tables_of_the_paper(run: Run, folder: Path, tmp_path: P
     sequence, out = dynmesh.read(folder / "sheet.npz"), tmp_path / "out"
     faces, vertices = sequence.faces, sequence.vertices
     printed = run("paper", folder, "sheet", "--quick", "--out", out)
-    assert {path.stem for path in out.glob("*.png")} == {
+    assert {path.stem for path in out.glob("*.webp")} == {
         "figure7",
         "figure9",
         "figure14_detail_and_libigl",

@@ -140,7 +140,9 @@ PAGES = (
     "docs/guides/templates.md",
     "docs/guides/track.md",
     "docs/method.md",
+    "docs/paper.md",
     "docs/results.md",
+    "docs/speed.md",
     "docs/tutorial.md",
 )
 

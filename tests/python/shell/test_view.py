@@ -26,6 +26,7 @@ def test_a_page_needs_nothing_but_itself_to_show_what_it_names(
     assert page.text("title") == "generation: steps from the observed"
     assert page.text("bar").split("\n") == ["0, observed", "1", "2"]
     assert page.captions() == []
+    page.press("f")  # the view stays, and the sheet moves
     columns = []
     for frame in (0, 4, 8, 0):
         page.scrub(frame)
@@ -37,6 +38,12 @@ def test_a_page_needs_nothing_but_itself_to_show_what_it_names(
     assert columns[1] - columns[0] > 50
     assert columns[2] - columns[1] == pytest.approx(columns[1] - columns[0], rel=0.1)
     assert columns[3] == pytest.approx(columns[0], abs=0.5)
+    page.press("f")
+    followed = []
+    for frame in (0, 4, 8):
+        page.scrub(frame)
+        followed.append(middle(in_colour(page.picture())))
+    assert np.ptp(followed) < 0.1 * (columns[2] - columns[0])
     assert [url for url in page.requests if not url.startswith("blob:")] == [
         (tmp_path / "page.html").as_uri()
     ]
@@ -122,7 +129,7 @@ def test_the_input_and_the_reference_play_and_turn_beside_the_sequence(
 ) -> None:
     others = {"reference": TRUTH, "input": PARTIAL}
     page = page_of(COMPLETED, tmp_path, browser, others, colour="plain")
-    captions = ["input.npz, the input", "sheet.npz", "reference.npz, the reference"]
+    captions = ["seen: input.npz", "completed: sheet.npz", "true: reference.npz"]
     assert page.captions() == captions
     areas, references = {}, {}
     for frame in (0, 1, 7):
@@ -180,6 +187,14 @@ def test_a_line_under_the_slider_shows_the_worst_of_the_frames_and_leads_there(
     assert page.text("play") == "Play"
     assert {"1": "a limb, or more, is lost", "3": "most is unseen"}[frame] in page.text("verdict")
     assert page.complaints == []
+
+
+def test_a_dark_page_is_dark(tmp_path: Path, chromium: Any) -> None:
+    dark = chromium.new_context(color_scheme="dark")
+    page = page_of(MOVING, tmp_path, dark)
+    assert page.picture()[0, 0].max() < 60
+    assert page.complaints == []
+    dark.close()
 
 
 def test_keys_and_menus_switch_frames_and_colours(tmp_path: Path, browser: Any) -> None:

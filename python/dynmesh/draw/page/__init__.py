@@ -139,14 +139,15 @@ def page(
         raise InputError("no vertex is known in these frames", file=reader.path)
     size = (len(kept), reader.n_vertices, len(faces), len(reader.faces))
     shown = Shown(len(frames), reader.n_frames, indices.step, *size)
-    captions = {"sequence": reader.path.name}
+    completed = reader.path.name if input is None else _caption("completed", reader.path.name)
+    captions = {"sequence": completed}
     if scans is not None:
-        noun = "the scan" if scans.n_frames == 1 else "the scans"
-        captions = {"scans": _caption(scans.path.name, noun), **captions}
+        noun = "scan" if scans.n_frames == 1 else "scans"
+        captions = {"scans": _caption(noun, scans.path.name), **captions}
     if input is not None:
-        captions = {"input": _caption(input.path.name, "the input"), **captions}
+        captions = {"input": _caption("seen", input.path.name), **captions}
     if reference is not None:
-        captions = {**captions, "reference": _caption(reference.path.name, "the reference")}
+        captions = {**captions, "reference": _caption("true", reference.path.name)}
     said = up or stated_up(reader, reference, input)
     up = said or likely_up(first_points, None)
     guess = () if said else (assumed(up),)
@@ -172,9 +173,9 @@ def page(
     return Page(html=html, shown=shown, remarks=guess)
 
 
-def _caption(name: str, what: str) -> str:
-    """Says what a pane shows; a name that says nothing else, as in memory, is not repeated."""
-    return what if what == f"the {name}" else f"{name}, {what}"
+def _caption(what: str, name: str) -> str:
+    """Says what a pane shows; a name in memory says nothing else."""
+    return what if name in ("sequence", "input", "reference", what) else f"{what}: {name}"
 
 
 def scan_factor(scans: ScanReader, scan_unit: str | float | None, reader: Frames) -> float:

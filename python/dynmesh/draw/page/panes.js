@@ -115,6 +115,9 @@ async function panesOf(descriptions, parent) {
   for (const description of descriptions) {
     const { caption, map, seen } = description;
     const pane = parent.appendChild(division('dynmesh-pane'));
+    if (descriptions.length > 1) {
+      pane.appendChild(division('dynmesh-caption')).append(caption);
+    }
     const node = pane.appendChild(division('dynmesh-canvas'));
     let plot = K3DInstance;
     let positions = base;
@@ -127,9 +130,6 @@ async function panesOf(descriptions, parent) {
         positions = await unpackedPositions(description.positions, size);
         for (let i = 0; i < positions.length; i++) positions[i] += base[i];
       }
-    }
-    if (descriptions.length > 1) {
-      pane.appendChild(division('dynmesh-caption')).append(caption);
     }
     if (description.points) {
       const points = new Int16Array((await unpacked(description.points)).buffer);

@@ -82,6 +82,7 @@ function show(frame) {
   if (marks.length) showVerdict(frame, wanted);
   wanted = frame;
   slider.value = frame;
+  camera.follow(frame);
   const seconds = told.fps ? `, ${(frame * told.step / told.fps).toFixed(2)} s` : '';
   part('counter').textContent = `${told.names[frame]} / ${told.last}${told.clock ? '' : seconds}`;
   draw();
@@ -134,7 +135,7 @@ part('help').onclick = () => help(false);
 const count = told.colours.length;
 const turn = (by) => paint((choice.selectedIndex + by + count) % count);
 const keys = {
-  c: () => turn(1), C: () => turn(-1), r: camera.reset.bind(camera),
+  c: () => turn(1), C: () => turn(-1), r: camera.reset.bind(camera), f: () => camera.toggle(wanted),
   '?': part('ask').onclick, Escape: () => help(false),
 };
 if (last) {
@@ -151,6 +152,12 @@ document.addEventListener('keydown', (event) => {
   keys[event.key]();
 });
 
+const isDark = matchMedia('(prefers-color-scheme: dark)');
+function shade() {
+  for (const { plot } of panes) plot.setClearColor(isDark.matches ? 0x1e2129 : 0xffffff);
+}
+isDark.onchange = shade;
+shade();
 show(told.first);
 paint(told.colours.indexOf(colour));
 if (last && told.plays) start();
