@@ -118,5 +118,5 @@ def sheet(
             duration=round(1000 / _PER_SECOND),
             loop=0,
             quality=70,
-            method=6,
+            method=4,
         )

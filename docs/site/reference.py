@@ -11,12 +11,16 @@ from typing import Any
 
 from mkdocs.structure.files import File
 
+dynmesh: Any = None
 app: Any = None
 with contextlib.suppress(ImportError):  # not built
+    import dynmesh
     from dynmesh.cli import VERBS, app
 
-MODULES = ("frames", "metrics", "baselines", "losses", "synth", "scans", "topology")
+MODULES = ("baselines", "frames", "losses", "metrics", "scans", "synth", "topology")
 """What is documented beside the names of the package itself."""
+
+GROUPS = ("Classes", "Functions", "Modules")
 
 REPOSITORY = Path(__file__).parents[2]
 PACKAGE = REPOSITORY / "python" / "dynmesh"
@@ -29,6 +33,7 @@ All positions are in the unit of length of your data. `dynmesh.metrics.nmsve` re
 the unit of the positions. Everywhere else it is divided by the diagonal of the bounding box of
 frame 0, and tables show it multiplied by 10⁴.
 """
+PAGE = "reference/python/{}.md"
 COMMANDS = """# The shell
 
 `dynmesh COMMAND --help` prints the same. The exit code is 0 for success, 1 if data or a file is
@@ -54,23 +59,42 @@ FUNCTION = re.compile(r"(?![ #}]|typedef|using|struct|namespace|extern|.*operato
 
 
 def on_files(files: Any, config: Any) -> Any:
-    """Adds the pages."""
+    """Adds the pages, and those of Python to the navigation."""
     headers = sorted(HEADERS.glob("*.hpp"))
     pages = {
-        "python": python(),
-        "commands": commands(),
-        "cpp": CPP + "".join(header(one, "cpp") for one in headers if one.stem != "dynmesh"),
-        "c": C + header(HEADERS / "dynmesh.h", "c"),
+        "reference/commands.md": commands(),
+        "reference/cpp.md": CPP + "".join(header(x, "cpp") for x in headers if x.stem != "dynmesh"),
+        "reference/c.md": C + header(HEADERS / "dynmesh.h", "c"),
     }
-    for name, text in pages.items():
-        files.append(File.generated(config, f"reference/{name}.md", content=text))
+    index, groups = PYTHON, []
+    for group, names in zip(GROUPS, python_names(), strict=True):
+        of_group = {name: PAGE.format(f"{group}/{name}".lower()) for name in names}
+        index += f"\n## {group}\n\n"
+        for name, path in of_group.items():
+            pages[path] = f"::: dynmesh.{name}\n"
+            index += f"- [{name}]({group.lower()}/{name.lower()}.md){summary(name)}\n"
+        groups.append({group: [{name: path} for name, path in of_group.items()]})
+    pages[PAGE.format("index")] = index
+    for path, text in pages.items():
+        files.append(File.generated(config, path, content=text))
+    (reference,) = (group["Reference"] for group in config.nav if "Reference" in group)
+    reference[-1] = {"Python": [PAGE.format("index"), *groups]}
     return files
 
 
-def python() -> str:
-    """The page of all that `import dynmesh` has, from the docstrings."""
+def python_names() -> tuple[list[str], list[str], tuple[str, ...]]:
+    """The classes, functions and modules that `import dynmesh` has and that are documented."""
     names = re.findall(r"from \.\S+ import ([^\W_]\w*) as", (PACKAGE / "__init__.py").read_text())
-    return PYTHON + "".join(f"\n::: dynmesh.{name}\n" for name in [*names, *MODULES])
+    classes = [name for name in names if name[0].isupper()]
+    return classes, [name for name in names if name not in classes], MODULES
+
+
+def summary(name: str) -> str:
+    """The first sentence of the docstring."""
+    if dynmesh is None:
+        return ""
+    text = getattr(dynmesh, name).__doc__.partition("\n\n")[0]
+    return ": " + " ".join(text.split())
 
 
 def commands() -> str:

@@ -42,7 +42,7 @@ def test_the_site_is_whole(tmp_path: Path) -> None:
     """Builds strictly: a broken link or anchor is an error."""
     run(sys.executable, "-m", "mkdocs", "build", "--strict", "-d", tmp_path, cwd=REPOSITORY)
     for page, shown in {
-        "reference/python": "dynmesh.Completer.restore",  # inherited
+        "reference/python/classes/completer": "dynmesh.Completer.restore",  # inherited
         "reference/cpp": '<h3 id="register_template">',
         "reference/c": '<h3 id="dynmesh_push_sparse">',
         "reference/commands": "--drop-above",
