@@ -60,30 +60,18 @@ class Stream:
         self.restore(given[1])
 
     def skip(self, *, out: Positions | None = None) -> Positions:
-        """Passes over a frame in which nothing was observed.
-
-        Args:
-            out: see `push`.
-
-        Returns:
-            The frame, (k, 3).
-        """
+        """Passes over a frame in which nothing was observed; the rest is as of `push`."""
         return self._made(out, self._core.skip)
 
     def reset(self, frame: Positions) -> None:
-        """Starts again with a new frame 0.
-
-        Args:
-            frame: the new frame 0, (k, 3), complete and finite.
-        """
+        """Starts again with a new frame 0, (k, 3), complete and finite."""
         self._core.reset(self._points("frame", frame))
 
     def state(self) -> bytes:
         """Returns everything that later frames depend on, to be stored or sent.
 
-        Returns:
-            Little-endian bytes for `restore`. They contain no times, so objects that received the
-            same frames have identical states.
+        These are little-endian bytes for `restore`. They contain no times, so objects that received
+        the same frames have identical states.
         """
         return bytes(self._core.state())
 

@@ -41,11 +41,7 @@ class LeastSquaresMesh(_Baseline):
     """Least-squares meshes (Sorkine and Cohen-Or 2004), in which known vertices move as well.
 
     Minimises |L x|^2 + sum over the known vertices of |x_i - given_i|^2, where L is the
-    combinatorial Laplacian. An object may be used by one thread at a time.
-
-    Args:
-        faces: (m, 3) integers, or other polygons; see :data:`dynmesh.polygons.Faces`.
-        n_vertices: the number of vertices, k.
+    combinatorial Laplacian, of faces of k vertices. An object may be used by one thread at a time.
     """
 
     def __init__(self, faces: Faces, n_vertices: int) -> None:

@@ -187,11 +187,8 @@ class Completer(Stream):
                 known.
             known: the known mask, (k,) bool: True for vertices that were observed. If None, rows of
                 `points` that are not finite are missing, and all others are known.
-            out: an array (k, 3) of the completer's dtype to which the completed frame is written.
-                It may be `points` itself. If None, a new array is allocated.
-
-        Returns:
-            The completed frame, (k, 3): `out`, or the new array.
+            out: an array (k, 3) of the completer's dtype to which the completed frame is written,
+                and which is returned. It may be `points` itself. If None, a new one is allocated.
         """
         if isinstance(points, Frame) and known is None:
             known, points = points.claimed, points.points
@@ -208,9 +205,6 @@ class Completer(Stream):
             indices: the observed vertices, (n,) integers, in any order and without duplicates.
             points: their positions, (n, 3).
             out: see `push`.
-
-        Returns:
-            The completed frame, (k, 3).
         """
         observed = _arrays.indices("indices", indices)
         given = self._points("points", points, "(n, 3)")

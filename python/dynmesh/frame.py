@@ -64,9 +64,8 @@ class Frame(VertexAttributes):
     Attributes:
         points: (k, 3)
         known: (k,), or None if the sequence has no masks.
-        generation: (k,), or None if the sequence has no provenance.
-        age: (k,), or None if `generation` is.
-        standard_error: (k,), or None if it was not estimated.
+
+    Those of :class:`VertexAttributes` are (k,).
     """
 
     points: Positions
@@ -144,8 +143,6 @@ class Frames(ABC):
     Attributes:
         header: what all frames share: faces, frames per second and others.
         path: names the frames in messages: the file that they are read from.
-        faces: (m, 3) integers, triangles; those of the header.
-        fps: frames per second, or None if they are not known; those of the header.
         files: all files that they are read from.
         lost: the indices of the frames whose files are missing; nothing was observed in them.
         origin: the file of the mesh, if that holds more than is read; or None.
@@ -157,8 +154,6 @@ class Frames(ABC):
     """
 
     header: Header
-    faces: Integers
-    fps: float | None
     path: Path
     files: Sequence[Path] = ()
     lost: Container[int] = ()
@@ -167,6 +162,16 @@ class Frames(ABC):
     wanted: Sequence[str] = ()
     each: "Mapping[str, Frames]" = MappingProxyType({})
     _is_closed = False
+
+    @property
+    def faces(self) -> Integers:
+        """(m, 3) integers, the triangles."""
+        return self.header.faces
+
+    @property
+    def fps(self) -> float | None:
+        """Frames per second, or None if they are not known."""
+        return self.header.fps
 
     @property
     def n_frames(self) -> int:
@@ -369,8 +374,7 @@ class FileFrames(Stored):
 
         Without `files`, the file at the path alone is read.
         """
-        self.path = path
-        self.header, self.faces, self.fps = header, header.faces, header.fps
+        self.path, self.header = path, header
         self.files = [path] if files is None else [*files]
         self.lost, self.origin = lost, origin
         check_any(self)
@@ -396,7 +400,7 @@ class _Chosen(Stored):
 
     def __init__(self, of: Stored, indices: Indices) -> None:
         self._of, self._indices = of, indices
-        self.path, self.files, self.faces, self.fps = of.path, of.files, of.faces, of.fps
+        self.path, self.files = of.path, of.files
         self.header, self.origin = of.header.of_frames(indices), of._origin_of(indices)
         self.lost = {at for at, index in enumerate(indices) if index in of.lost}
 

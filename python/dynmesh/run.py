@@ -50,8 +50,7 @@ class Run(Frames, Generic[R]):
             wanted: see :class:`Frames`.
             close: closes what was opened for the frames.
         """
-        self.header, self.faces, self.fps = header, header.faces, header.fps
-        self.path, self.files, self.wanted = Path("frames"), files, wanted
+        self.header, self.path, self.files, self.wanted = header, Path("frames"), files, wanted
         if source is not None:
             self.path, self.files, self.lost = source.path, [*source.files, *files], source.lost
         self.origin = origin
@@ -137,8 +136,7 @@ class Kept(Stored):
     def __init__(self, run: Frames) -> None:
         self._run, self._records, self._n_kept = run, cast(Records | None, None), 0
         self.path, self.files, self.lost = run.path, run.files, run.lost
-        self.header, self.faces, self.fps = run.header, run.faces, run.fps
-        self.origin, self.wanted = run.origin, run.wanted
+        self.header, self.origin, self.wanted = run.header, run.origin, run.wanted
 
     @property
     def report(self) -> Any:

@@ -32,9 +32,6 @@ from .header import (
     Description,
     Header,
     Origin,
-    check_corners,
-    check_faces,
-    check_needed,
     check_vertices,
     with_all_needed,
 )
@@ -93,20 +90,14 @@ class Sequence(Description, VertexAttributes, Stored):
             vars(self)[name] = as_array(name, getattr(self, name), whole)
         if np.ndim(self.vertices) == 3:
             self._take_faces(self.vertices.shape[1])
-        arrays = {"vertices": self.vertices, "faces": self.faces, **self.attributes()}
-        if self.times is not None:
-            arrays["times"] = self.times
-        for name, array in arrays.items():
+        for name, array in {"vertices": self.vertices, **self.attributes()}.items():
             check_array(name, array)
         check_vertices(self.vertices.dtype, self.vertices.shape)
-        check_faces(self.faces.dtype, self.faces.shape)
-        check_corners(self.faces, self.vertices.shape[1])
-        check_needed(self.attributes())
         for name, values in self.attributes().items():
             ATTRIBUTES[name].check(values.dtype, values.shape, self.vertices.shape[:2])
         if self.known is not None:
             vars(self)["known"] = as_mask(self.known)
-        self._check_description(len(self.vertices))
+        _ = self.header  # which checks all that it shares
         if not isinstance(self.origin, Origin | None):
             raise KindError("must be that of another sequence, or None", argument="origin")
 

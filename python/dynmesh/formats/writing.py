@@ -293,7 +293,7 @@ class _Prepared(Frames):
             name: _Prepared(one, _held(chosen, path, one, provenance)[0], chosen, path)
             for name, one in frames.each.items()
         }
-        self.header, self.faces, self.fps = header, header.faces, header.fps
+        self.header = header
         self.path, self.files, self.origin = frames.path, frames.files, frames.origin
         self._each = _prepared(frames, header, chosen, path)
 

@@ -78,15 +78,7 @@ def check_cameras(cameras: Sequence[Camera], none: str) -> None:
 def random_known(n_frames: int, n_vertices: int, share: float, *, seed: int = 0) -> Iterator[Mask]:
     """Masks with the same number of known vertices in every frame, chosen at random each time.
 
-    Args:
-        n_frames: number of masks; the first is all True, as frame 0 must be complete.
-        n_vertices: k.
-        share: share of the vertices that is known, above 0 and below 1; at least one vertex is
-            known.
-        seed: equal seeds give equal masks. Frame i does not depend on `n_frames`.
-
-    Returns:
-        An iterator over (k,) bool.
+    The `share` is that of the vertices that are known, above 0 and below 1; at least one is known.
     """
     _check_masks(n_frames, n_vertices, share, seed)
 
@@ -108,14 +100,8 @@ def camera_known(
     sides of a triangle hide what is behind them. Vertices that are not finite are not seen, and
     triangles that contain them hide nothing.
 
-    Args:
-        frames: (k, 3) positions each; only one frame is held at a time.
-        faces: (m, 3) integers, or other polygons.
-        cameras: the same cameras for all frames, or a function that returns the cameras of a frame
-            with this number, such as the result of :func:`orbit`.
-
-    Returns:
-        An iterator over (k,) bool, one for each frame; the first is all True.
+    The cameras are the same for all frames, or a function that returns those of the frame with this
+    number, such as the result of :func:`orbit`.
     """
     triangles = triangles_of(faces)
     if not callable(cameras):
@@ -155,16 +141,13 @@ def patch_known(
 
     Args:
         faces: (m, 3) integers, or other polygons.
-        n_frames: number of masks; the first is all True.
+        n_frames: number of masks.
         n_vertices: k.
         share: share of the vertices that is missing, above 0 and below 1. A patch has at least one
             vertex, and no more than its connected component.
         patches: number of patches at a time, at least 1.
         lifetime: in frames, at least 1.
-        seed: equal seeds give equal masks. Frame i does not depend on `n_frames`.
-
-    Returns:
-        An iterator over (k,) bool.
+        seed: as of all.
     """
     _check_masks(n_frames, n_vertices, share, seed)
     check_integer("patches", patches, 1)
@@ -189,14 +172,7 @@ def patch_known(
 def dropout(n_frames: int, n_vertices: int, share: float, *, seed: int = 0) -> Iterator[Mask]:
     """Masks in which whole frames are lost at random, as on an unreliable connection.
 
-    Args:
-        n_frames: number of masks; the first is all True.
-        n_vertices: k.
-        share: probability that a frame is lost, above 0 and below 1.
-        seed: equal seeds give equal masks. Frame i does not depend on `n_frames`.
-
-    Returns:
-        An iterator over (k,) bool, all False if the frame is lost and all True otherwise.
+    The `share` is the probability that a frame is lost, above 0 and below 1.
     """
     _check_masks(n_frames, n_vertices, share, seed)
 
@@ -212,14 +188,8 @@ def add_noise(
 ) -> Iterator[Positions]:
     """Adds Gaussian noise to every coordinate.
 
-    Args:
-        frames: (k, 3) positions each; only one frame is held at a time; the first must be finite.
-        faces: (m, 3) integers, or other polygons.
-        sigma: standard deviation in mean edges of frame 0, at least 0.
-        seed: equal seeds give equal noise.
-
-    Returns:
-        An iterator over (k, 3) positions with the dtype of each frame; the first is unchanged.
+    Its standard deviation `sigma`, at least 0, is in mean edges of frame 0, which must be finite.
+    Positions keep their dtype.
     """
     check_not_negative("sigma", sigma)
     triangles_of(faces)
@@ -241,16 +211,8 @@ def add_outliers(
 ) -> Iterator[Positions]:
     """Moves some vertices, chosen at random in every frame, far from their positions.
 
-    Args:
-        frames: (k, 3) positions each; only one frame is held at a time; the first must be finite.
-        faces: (m, 3) integers, or other polygons.
-        share: share of the vertices that is moved, above 0 and below 1; at least one vertex is
-            moved.
-        distance: how far, in mean edges of frame 0, in a random direction; positive.
-        seed: equal seeds give equal outliers.
-
-    Returns:
-        An iterator over (k, 3) positions with the dtype of each frame; the first is unchanged.
+    A `share` of the vertices, above 0 and below 1 and at least one, is moved by a `distance` in
+    mean edges of frame 0, which must be finite, in a random direction. Positions keep their dtype.
     """
     check_between("share", share, 0, 1)
     check_positive("distance", distance)

@@ -103,7 +103,7 @@ def scan_points(
     triangle lies between a point, before noise is added, and the camera that sees it.
 
     Args:
-        frames: (k, 3) positions each; only one frame is held at a time; the first must be finite.
+        frames: (k, 3) positions each; the first must be finite.
         faces: (m, 3) integers, or other polygons. Both sides of a triangle are seen, and hide what
             is behind them.
         cameras: a number of cameras that stand around frame 0, as :func:`orbit` places them; the
