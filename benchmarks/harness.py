@@ -73,12 +73,7 @@ class Table(NamedTuple):
 
 
 def add_arguments(made: argparse.ArgumentParser, *, folder: bool = True) -> None:
-    """Add the arguments that all benchmarks have to a parser.
-
-    Args:
-        made: the parser.
-        folder: whether sequences are measured, of a folder or the built-in ones.
-    """
+    """Add the arguments that all benchmarks have; with `folder`, those of sequences, too."""
     if folder:
         made.add_argument(
             "folder",
@@ -104,11 +99,7 @@ def add_arguments(made: argparse.ArgumentParser, *, folder: bool = True) -> None
 
 
 def sequences(arguments: argparse.Namespace, frames: int | None = None) -> list[Subject]:
-    """Read the sequences that the arguments name, of each at most so many frames or --frames.
-
-    Raises:
-        ValueError, OSError: a sequence cannot be read or is not complete, or there is none.
-    """
+    """Read the sequences that the arguments name, of each at most so many frames or --frames."""
     frames = arguments.frames or frames
     if arguments.folder is None:
         return built_in(frames)

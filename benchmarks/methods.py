@@ -102,9 +102,6 @@ def _of_libigl(
     """Completes each frame from the last one as `solve` does, with known vertices as given.
 
     Every connected part of the mesh needs a known vertex.
-
-    Raises:
-        ImportError: libigl is not installed.
     """
     # libigl would use all cores for some of its steps. It reads this variable when it first runs.
     os.environ.setdefault("IGL_NUM_THREADS", "1")

@@ -64,15 +64,8 @@ def run(
 ) -> Run:
     """Complete the frames after frame 0, and measure.
 
-    Args:
-        subject: the sequence.
-        method: the method.
-        masks: (k,) bool for every frame, that of frame 0 included.
-        keep: the numbers of the frames to keep.
-        clock: returns seconds; the default is the processor time of the calling thread.
-
-    Raises:
-        ImportError, ValueError, RuntimeError: the method cannot complete the sequence.
+    There is a mask, (k,) bool, for every frame, that of frame 0 included. Some frames are kept, by
+    number. The clock returns seconds; the default is the processor time of the calling thread.
     """
     truth = subject.vertices[1:]
     completed = np.empty_like(truth)

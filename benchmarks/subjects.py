@@ -88,9 +88,6 @@ def from_file(path: Path, frames: int | None = None) -> Subject:
     """Read a sequence that is complete and has at least two frames.
 
     Up is the axis that the file names, z for sheets that lie flat, or else y.
-
-    Raises:
-        ValueError, OSError: the file cannot be read, has missing vertices or has no second frame.
     """
     sequence = dynmesh.read(path)
     if len(sequence.vertices) < 2:

@@ -56,24 +56,14 @@ class Surface:
         self._reach = self.mean_edge / 2 * np.sqrt(every)  # half of the way between two, about
 
     def distances(self, points: Floats) -> Floats:
-        """Returns how far (n, 3) points are from the surface, about."""
-        heights, _, aside = self.feet(points)
-        return np.asarray(np.hypot(heights, np.maximum(aside - self._reach, 0)))
-
-    def feet(self, points: Floats) -> tuple[Floats, Floats, Floats]:
-        """Returns the nearest planes of (n, 3) points.
-
-        Returns:
-            (n,) how high each point is above its plane, (n, 3) the normal of that, and (n,) how far
-            aside the vertex is that stands for it.
-        """
+        """Returns how far (n, 3) points are from the surface, about: from the nearest planes."""
         middle = self._samples.mean(axis=0)
         ours, theirs = ((one - middle).astype(np.float32) for one in (points, self._samples))
         best = ((theirs**2).sum(axis=1) - 2 * ours @ theirs.T).argmin(axis=1)
-        apart, normals = points - self._samples[best], self._normals[best]
-        heights = (apart * normals).sum(axis=1)
+        apart = points - self._samples[best]
+        heights = (apart * self._normals[best]).sum(axis=1)
         aside = np.sqrt(np.maximum((apart**2).sum(axis=1) - heights**2, 0))
-        return heights, normals, aside
+        return np.asarray(np.hypot(heights, np.maximum(aside - self._reach, 0)))
 
 
 def without_jumps(scan: DepthScan) -> DepthScan:
@@ -256,11 +246,9 @@ def _far_from(surface: Surface, scan: DepthScan, *, moves: bool) -> tuple[float,
 
 
 def _seen_by_others(scan: DepthScan) -> tuple[NDArray[np.int64], int]:
-    """Counts how the points of each camera appear to the others.
+    """Counts how often points of each camera are in the image of another one, and contradicted.
 
-    Returns:
-        (c, 2) how many times a point of each is in the image of another one, and contradicted
-        there, and how often it might have been.
+    Returns these counts, (c, 2), and how often points might have been in another image.
     """
     scan = without_jumps(scan)
     counts, n_pairs = np.zeros((len(scan.depth), 2), np.int64), 0

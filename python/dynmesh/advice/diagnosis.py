@@ -28,74 +28,69 @@ MOST_PLACES = 10_000
 
 
 class Kind(NamedTuple):
-    """A kind of finding: how much it matters, what is counted, what is said of these, advice."""
+    """A kind of finding: what is counted, what is said of these, and what they do to completion."""
 
-    severity: Severity
     noun: str
     text: str
-    advice: str
+    effect: str
+    severity: Severity = "warning"
 
+
+_ACROSS = "Motion propagates across them."
 
 KINDS = {
     "known_not_finite": Kind(
-        "error", "position", "marked as known but not finite, or beyond {limit}",
-        "Completion refuses such a frame.",
+        "position", "marked as known but not finite, or beyond {limit}",
+        "Completion refuses such a frame.", "error",
     ),
     "no_faces": Kind(
-        "error", "vertex", "and no faces", "Completion needs them: motion propagates along edges.",
+        "vertex", "and no faces", "Completion needs them: motion propagates along edges.", "error"
     ),
     "first_frame_incomplete": Kind(
-        "warning", "vertex", "of {all} missing",
-        "{start} Frames before it are completed backwards.",
+        "vertex", "of {all} missing", "{start} Frames before it are completed backwards."
     ),
     "scrambled_frames": Kind(
-        "warning", "frame",
-        "with scrambled vertices: up to {share} of the edges are much too long",
+        "frame", "with scrambled vertices: up to {share} of the edges are much too long",
         "Completion needs vertices that are numbered alike in all frames.",
     ),
     "zeros": Kind(
-        "warning", "position", "of exactly (0, 0, 0), {share} of all",
+        "position", "of exactly (0, 0, 0), {share} of all",
         "As positions, they pull the mesh there; `missing` zero leaves them out.",
     ),
     "leaps": Kind(
-        "warning", "frame", "with a jump of up to {worst} diagonals, where {typical} is typical",
+        "frame", "with a jump of up to {worst} diagonals, where {typical} is typical",
         "Estimates are inaccurate after a jump.",
     ),
     "outliers": Kind(
-        "warning", "outlier", "that edges longer than around tear off, by {worst} mean edges",
+        "outlier", "that edges longer than around tear off, by {worst} mean edges",
         "They displace the vertices around them; completion can reject outliers.",
     ),
     "held": Kind(
-        "warning", "position",
+        "position",
         "held: the same bit for bit as in the frame before, while the surface beside moved",
         "They hold back the vertices around them; completion can reject outliers.",
     ),
     "frames_without_anchors": Kind(
-        "warning", "frame", "without any known vertex, at most {worst} in a row",
+        "frame", "without any known vertex, at most {worst} in a row",
         "The mesh stands still in these frames and jumps afterwards.",
     ),
     "never_seen": Kind(
-        "warning", "vertex", "in patches, {share} of all, never known after frame {first}",
+        "vertex", "in patches, {share} of all, never known after frame {first}",
         "Nothing corrects their estimates, in which errors accumulate.",
     ),
     "coincident_vertices": Kind(
-        "warning", "vertex", "at exactly the position of another vertex in the first frame",
+        "vertex", "at exactly the position of another vertex in the first frame",
         "No edge joins the sides of a cut there, which are completed separately and may open.",
     ),
     "first_vertex_unused": Kind(
-        "warning", "vertex", "in no face, and it is the first",
+        "vertex", "in no face, and it is the first",
         "Faces that count vertices from 1 refer to the wrong ones.",
     ),
-    "non_manifold_edges": Kind(
-        "warning", "triangle", "at edges with two others", "Motion propagates across them.",
-    ),
+    "non_manifold_edges": Kind("triangle", "at edges with two others", _ACROSS),
     "non_manifold_vertices": Kind(
-        "warning", "triangle", "at vertices where sheets touch in a single point",
-        "Motion propagates across them.",
+        "triangle", "at vertices where sheets touch in a single point", _ACROSS
     ),
-    "degenerate_faces": Kind(
-        "warning", "triangle", "with a repeated vertex", "Only their edges count.",
-    ),
+    "degenerate_faces": Kind("triangle", "with a repeated vertex", "Only their edges count."),
 }  # fmt: skip
 """By the codes, the most important first."""
 
@@ -169,7 +164,7 @@ def found(
         count,
         Where(*(one[:MOST_PLACES] for one in places)),
         ": ".join([message, *named]) + ".",
-        kind.advice.format(**words),
+        kind.effect.format(**words),
         worst,
     )
 

@@ -46,13 +46,7 @@ def contents(scan: Scan, template: Positions, faces: NDArray[np.integer], room: 
 
 
 def misplaced(vertices: Positions, landmarks: Landmarks, scan: Scan) -> str:
-    """Names the landmark that is farthest from its vertex; empty if none is far.
-
-    Args:
-        vertices: (k, 3) of the template as it was registered.
-        landmarks: of the template.
-        scan: with which it was registered.
-    """
+    """Names the landmark that is farthest from its vertex, as registered; empty if none is far."""
     marked, positions = landmarks
     away = min(np.linalg.norm(scan.cloud - position, axis=1).min() for position in positions)
     if away > _MISPLACED * size_of(scan.cloud):

@@ -93,18 +93,10 @@ def render(
     colours: Sequence[str],
     dots: Mask | None = None,
 ) -> Image:
-    """Draws one frame.
+    """Draws one frame, as (height, width, 3) uint8, on white.
 
-    Args:
-        faces: (m, 3) integers.
-        points: (k, 3) positions.
-        view: the view to draw from.
-        places: (k,), from 0 for the first of `colours` to 1 for the last.
-        colours: the steps of the colour scale, each as "#rrggbb".
-        dots: (k,) bool: vertices to draw as dots; they need not be in a face.
-
-    Returns:
-        (height, width, 3) uint8, on white.
+    The `places` (k,) are from 0 for the first of `colours`, each as "#rrggbb", to 1 for the last.
+    The `dots`, (k,) bool, are drawn as dots; they need not be in a face.
     """
     cells(faces, len(points))  # as VTK would end the process for a face out of range
     check_complete("points", points)
@@ -167,8 +159,7 @@ def thin(
     of the kept vertices remain valid in all other frames. More than `max_vertices` are kept if
     non-manifold triangles prevent collapses, and those in no triangle are removed first.
 
-    Returns:
-        (v,) the numbers of the kept vertices and (t, 3) triangles of these v.
+    Returns the (v,) numbers of the kept vertices and (t, 3) triangles of these v.
     """
     if len(points) <= max_vertices:
         return np.arange(len(points)), np.asarray(faces, np.intp)

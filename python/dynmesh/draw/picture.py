@@ -49,10 +49,8 @@ def drawn(
     Each is in the middle of its cell, wherever it moves.
     Triangles with a missing vertex are left out; remaining vertices without a triangle become dots.
     The indices are those of the frames, one or several, and the size is that of each, in pixels
-    each way. The other options are those of :func:`dynmesh.draw.page.page`.
-
-    Returns:
-        An image of Pillow.
+    each way. The other options are those of :func:`dynmesh.draw.page.page`. The sheet is an image
+    of Pillow.
     """
     require_all("PIL.Image", extra="view")
     figures.load_pyvista()

@@ -130,12 +130,10 @@ class Rig:
 
 
 def read_cameras(path: Path, poses: Direction | None = None, scans: Path | None = None) -> Rig:
-    """Reads `cameras.json`, a `transforms.json` of nerfstudio, or a trajectory.
+    """Reads `cameras.json`, a `transforms.json` of nerfstudio, a trajectory or a folder of poses.
 
-    Args:
-        path: the file, or a folder with one pose a file.
-        poses: where poses lead; None if as the kind of the file has it.
-        scans: a folder in which one pose a file is sought, beside that of the file.
+    `poses` is where these lead, if not as the kind of the file has it. Files with one pose each are
+    sought in the folder of the scans, too.
     """
     with naming(path):
         is_json = path.suffix == ".json" or (

@@ -53,16 +53,10 @@ def require_pillow() -> Any:
 def read_depth(
     file: Path, camera: ScanCamera, kept: NDArray[np.bool_] | None = None
 ) -> NDArray[np.float32]:
-    """Reads an image.
+    """Reads (h, w) distances in the unit of the rig, of the pixels that are `kept`, or all.
 
-    Args:
-        file: the image.
-        camera: that it is of.
-        kept: (h, w) which pixels count; None for all.
-
-    Returns:
-        (h, w) distances in the unit of the rig, 0 where nothing was measured: where the image holds
-        0, a negative number, NaN or, as of some sensors and renderers, the largest.
+    They are 0 where nothing was measured: where the image holds 0, a negative number, NaN or, as of
+    some sensors and renderers, the largest.
     """
     with naming(file), file.open("rb") as opened:
         image = _opened(opened, file)
@@ -107,11 +101,7 @@ def write_depth(file: Path, depth: NDArray[np.floating[Any]], camera: ScanCamera
 
 
 def read_mask(file: Path, size: tuple[int, int], least: float | None = None) -> NDArray[np.bool_]:
-    """Reads (h, w) where an image is at least this; None: where it is not 0 in every channel.
-
-    Raises:
-        ValueError: it has another size than the depth image, (w, h).
-    """
+    """Reads (h, w) where an image is at least this; None: where it is not 0 in every channel."""
     with naming(file):
         with of_library("is cut or damaged"):
             if file.suffix.lower() == ".npy":
@@ -224,10 +214,8 @@ def undistortion(
 ) -> tuple[NDArray[np.float64], Callable[[NDArray[np.float32]], NDArray[np.float32]]]:
     """Finds how OpenCV undoes the distortion of a camera, without interpolation between depths.
 
-    Returns:
-        The intrinsics (3, 3) of the new images, which show everything that the distorted ones do,
-        and a function that returns the new image of a distorted one. It has no depth where that
-        has no pixel.
+    Returns the intrinsics (3, 3) of the new images, which show everything that the distorted ones
+    do, and a function of a distorted one. A new image has no depth where that has no pixel.
     """
     cv: Any = require("cv2", extra="scans")
     size, coefficients = camera.size, np.array(camera.distortion)

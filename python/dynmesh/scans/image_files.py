@@ -171,11 +171,9 @@ class Wanted:
     def of(
         self, path: Path, rig: Rig, by_camera: Mapping[str, Mapping[Number, Path]], gaps: Gaps
     ) -> tuple[dict[Path, Kept], set[Path]]:
-        """Finds the masks of images.
+        """Finds what tells which pixels of each image count, if not all do.
 
-        Returns:
-            What tells which pixels of each image count, if not all do, and the images without a
-            mask or confidences, which `gaps` "lost" leaves out.
+        Also returns the images without a mask or confidences, which `gaps` "lost" leaves out.
         """
         images = [file for files in by_camera.values() for file in files.values()]
         wanted = list[tuple[str, Mapping[Path, Path], float | None]]()

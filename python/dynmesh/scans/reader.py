@@ -277,11 +277,7 @@ class DepthReader(ScanReader):
 
 
 def unit_of_scans(scans: ScanReader, said: str | float | None) -> float | None:
-    """Returns the metres in the unit of the scans: as their files state it, or as it is given.
-
-    Raises:
-        ValueError: the files state another one than is given.
-    """
+    """Returns the metres in the unit of the scans: as their files state it, or as it is given."""
     file = None if scans.rig is None else scans.rig.file
     return agreed(scans.metres_per_unit, said, "scan_unit", file or scans.path)
 

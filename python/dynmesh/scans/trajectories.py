@@ -243,9 +243,7 @@ _MATRIX = ("fl_x", "fl_y", "cx", "cy", "w", "h")
 def as_cameras(transforms: dict[str, Any], folder: Path) -> dict[str, Any]:
     """Returns what `cameras.json` would hold: a camera that moves for each folder of images.
 
-    Args:
-        transforms: the object in the file.
-        folder: of the file, from which the names of images lead to them.
+    The names of images lead to them from the folder of the file.
     """
     frames = transforms["frames"]
     if not isinstance(frames, list) or not frames:

@@ -49,12 +49,7 @@ class ScanRun:
         return self._scans
 
     def write(self, path: PathLike, *, overwrite: bool = True) -> OutputReport:
-        """Writes the scans to a folder, or the only one of them to a file.
-
-        Raises:
-            FileExistsError: there is one, and `overwrite` is not set.
-            OSError, ValueError: it cannot be written, or the scans were gone through before.
-        """
+        """Writes the scans to a folder, or the only one of them to a file."""
         return self._save(path_of("path", path), overwrite, iter(self))
 
     def __enter__(self) -> Self:
@@ -101,13 +96,8 @@ def scan_folder(
     They are point clouds, as ``frame_00000.ply``, or depth images of all cameras of the rig, as
     ``depth_00000_left.png``. Until all are written, they are in a hidden folder beside their
     destination, in which no other process writes and which an error removes. The numbers are those
-    of the frames, by default from 0.
-
-    Raises:
-        ValueError: the path has the suffix of a file.
-        FileExistsError: the folder holds files, and not only scans that may be replaced.
-        BlockingIOError: another process is writing it.
-        OSError: it cannot be written.
+    of the frames, by default from 0. A folder that holds other files than scans is refused, and
+    scans are replaced with `overwrite` alone.
     """
     check_name_of_folder(path)
     left = count() if numbers is None else iter(numbers)

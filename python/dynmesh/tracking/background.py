@@ -41,16 +41,11 @@ class Plane(NamedTuple):
 def planes_of_background(
     points: NDArray[np.floating[Any]], *, thickness: float, size: float
 ) -> list[Plane]:
-    """Finds the planes that are larger than a subject, the one with most points first.
+    """Finds at most 8 planes that are larger than a subject, the one with most points first.
 
-    Args:
-        points: (n, 3) finite positions.
-        thickness: how far a point of a plane may be from it, at most. Where points are less
-            scattered than this, the plane becomes thinner, so that less of the feet is lost.
-        size: the largest extent of the subject. A smaller plane may be a part of it, and stays.
-
-    Returns:
-        At most 8 planes; none if there are fewer than 3 points. Equal input gives equal results.
+    The points, (n, 3) and finite, of a plane are at most `thickness` from it. Where they scatter
+    less, the plane becomes thinner, so that less of the feet is lost. A plane that is smaller than
+    the `size` of the subject may be a part of it, and stays. Equal input gives equal results.
     """
     rng = np.random.default_rng(0)
     left = points.astype(np.float64)
@@ -137,14 +132,14 @@ def crop_of(value: Any) -> Crop | None:
     """Checks what should be cropped: a number, six numbers, or text with these and commas."""
     if value is None:
         return None
-    expected = "must be a distance, or x,y,z,x,y,z of two corners"
     try:
         given = value.split(",") if isinstance(value, str) else value
         numbers = np.atleast_1d(np.asarray(given, np.float64)).tolist()
     except (TypeError, ValueError):
-        raise InputError(f"{expected}, not {value!r}", argument="crop", value=value) from None
+        numbers = []
     if len(numbers) not in (1, 6) or not np.isfinite(numbers).all():
-        raise InputError(f"{expected}, not {value!r}", argument="crop", value=value)
+        message = f"must be a distance, or x,y,z,x,y,z of two corners, not {value!r}"
+        raise InputError(message, argument="crop", value=value)
     if len(numbers) == 1:
         check_not_negative("crop", numbers[0])
         return float(numbers[0])

@@ -48,13 +48,7 @@ def _read(path: Path) -> dict[float, Verdict]:
 
 
 def shown_verdicts(path: Path, reader: Frames, indices: range) -> list[Verdict]:
-    """Returns the worst verdict of the frames for which each shown one stands.
-
-    Args:
-        path: the table that :func:`dynmesh.track` writes.
-        reader: the sequence.
-        indices: the frames that are shown, of which the first is 0.
-    """
+    """Returns the worst verdict, in a table, of the frames for which each shown one stands."""
     verdicts = _read(path)
     numbers = [reader.header.number(index) for index in range(reader.n_frames)]
     if others := verdicts.keys() - {*numbers}:
