@@ -1,6 +1,6 @@
 """The parts of the package and of the C++ code use one another in one direction.
 
-docs/architecture.md draws it.
+docs/architecture.md lists them.
 """
 
 import ast
@@ -18,7 +18,7 @@ CPP = REPOSITORY / "cpp"
 
 
 class Place(NamedTuple):
-    """Where a part stands in the diagram; divided rows that follow one another are a block."""
+    """Where a part stands in the list; divided rows that follow one another are a block."""
 
     row: int
     block: int
@@ -33,9 +33,9 @@ class Place(NamedTuple):
 def places(root: str) -> dict[str, Place]:
     """The place of each part below a folder."""
     text = (REPOSITORY / "docs" / "architecture.md").read_text(encoding="utf-8")
-    (diagram,) = re.findall(rf"^({root} +)what it contains\n((?:  .*\n)+)", text, re.MULTILINE)
+    (layers,) = re.findall(rf"^\*\*`{root}`\*\*.*\n\n((?:- .*\n)+)", text, re.MULTILINE)
     found, block = dict[str, Place](), 0
-    rows = [line[: len(diagram[0])].split("|") for line in diagram[1].splitlines()]
+    rows = [row.split("|") for row in re.findall(r"^- `(.*?)`", layers, re.MULTILINE)]
     for row, cells in enumerate(rows):
         block += len(cells) == 1 or len(rows[row - 1]) == 1
         for column, cell in enumerate(cells):
@@ -46,7 +46,7 @@ def places(root: str) -> dict[str, Place]:
 
 
 def misplaced(graph: dict[str, set[str]], place: dict[str, Place]) -> list[str]:
-    """What uses a part that the diagram does not let it use."""
+    """What uses a part that the list does not let it use."""
     return [
         f"{name} uses {other}"
         for name, others in graph.items()

@@ -70,7 +70,7 @@ def run_shell(snippet: str, cwd: Path) -> str:
 @pytest.mark.slow
 def test_the_python_of_the_readme(tmp_path: Path) -> None:
     (snippet,) = blocks("python")
-    (quoted,) = re.findall(r"This prints (\d\.\d+),", README)
+    (quoted,) = re.findall(r"It prints (\d\.\d+):", README)
     assert run(sys.executable, "-c", snippet, cwd=tmp_path) == f"{quoted}\n"
 
 
