@@ -1,6 +1,5 @@
 """Errors of completed frames (section 4 of the paper, "Metrics")."""
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,17 +10,7 @@ from ._arrays import Positions, first_frame, floats, packed, triangles
 from ._errors import InputError
 from .polygons import Faces
 
-__all__ = ["ErrorSummary", "bounding_box_diagonal", "nmsve", "summary", "vertex_error"]
-
-
-@dataclass(frozen=True)
-class ErrorSummary:
-    """Statistics of errors, in their unit: mean, root mean square, 99th percentile and maximum."""
-
-    mean: float
-    rms: float
-    p99: float
-    maximum: float
+__all__ = ["bounding_box_diagonal", "nmsve", "vertex_error"]
 
 
 def bounding_box_diagonal(frame: Positions) -> float:
@@ -65,23 +54,6 @@ def vertex_error(reference: Positions, completed: Positions) -> NDArray[np.float
     errors = np.empty(true.shape[:2])
     _core.vertex_error(true, result, errors)
     return errors if np.ndim(reference) == 3 else errors[0]
-
-
-def summary(errors: NDArray[np.floating[Any]]) -> ErrorSummary:
-    """Mean, root mean square, 99th percentile and maximum of errors.
-
-    Args:
-        errors: an array of any shape, float32 or float64, not empty and without NaN.
-    """
-    values = floats("errors", errors).astype(np.float64).ravel()
-    if len(values) == 0:
-        raise InputError("is empty", argument="errors")
-    if np.isnan(values).any():
-        place = int(np.isnan(values).argmax())
-        raise InputError(f"position {place} is not a number", argument="errors")
-    rms = np.sqrt(np.mean(values**2))
-    p99 = np.percentile(values, 99)
-    return ErrorSummary(float(values.mean()), float(rms), float(p99), float(values.max()))
 
 
 def _pair(reference: Any, completed: Any) -> tuple[Positions, Positions]:

@@ -3,7 +3,7 @@
 import contextlib
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import astuple, dataclass, field
+from dataclasses import dataclass, field
 from itertools import islice, repeat
 from typing import Any, Literal, TypeAlias
 
@@ -243,8 +243,11 @@ def _observed(partial: Frames | None, numbers: range) -> Iterator[NDArray[np.boo
 def _errors_of(
     number: float, visual: float, distances: NDArray[np.floating], unit: float
 ) -> FrameErrors:
-    result = astuple(metrics.summary(distances)) if len(distances) else [math.nan] * 4
-    return FrameErrors(number, len(distances), visual / unit, *(x / unit for x in result))
+    result = [math.nan] * 4
+    if len(distances):
+        rms, p99 = np.sqrt(np.mean(distances**2)), np.percentile(distances, 99)
+        result = [float(one) for one in (distances.mean(), rms, p99, distances.max())]
+    return FrameErrors(number, len(distances), visual / unit, *(one / unit for one in result))
 
 
 def _whole(reader: Frames, numbers: range) -> Iterator[Frame]:

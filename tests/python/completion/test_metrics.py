@@ -36,15 +36,6 @@ def test_sequences_are_measured_frame_by_frame(mesh: Mesh, rng: np.random.Genera
     np.testing.assert_array_equal(backwards, each[::-1])
 
 
-def test_summary_is_numpys(rng: np.random.Generator) -> None:
-    errors = rng.exponential(size=(7, 31))
-    summary = dynmesh.metrics.summary(errors)
-    assert summary.mean == pytest.approx(errors.mean())
-    assert summary.rms == pytest.approx(np.sqrt((errors**2).mean()))
-    assert summary.p99 == pytest.approx(np.percentile(errors, 99))
-    assert summary.maximum == errors.max()
-
-
 @given(meshes.meshes())
 def test_matrices_are_the_papers(mesh: Mesh) -> None:
     k = len(mesh.vertices)

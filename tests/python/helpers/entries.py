@@ -145,7 +145,6 @@ ENTRIES: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
         {"faces": MESH.faces, "reference": FRAMES, "completed": FRAMES},
     ),
     "vertex_error": (_once(metrics.vertex_error), {"reference": FRAME, "completed": FRAME}),
-    "summary": (_once(metrics.summary), {"errors": FRAME}),
     "LeastSquaresMesh": (
         _once(baselines.LeastSquaresMesh),
         {"faces": MESH.faces, "n_vertices": K},
