@@ -21,7 +21,7 @@ from .._errors import DynmeshError, InputError, KindError, SettingError, locatin
 from .._report import counted, tracked
 from ..completer import Settings
 from ..formats import OneSequence, PathLike
-from ..formats.comparison import check_same_mesh
+from ..formats.conversion import check_same_mesh
 from ..formats.times import index_of
 from ..frame import FUSED, Frame, Frames, check_whole, frame_at
 from ..header import Header, Origin

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from .._arrays import Mask, Positions
 from .._errors import InputError, locating, require
-from ..formats.comparison import check_comparable, check_same_size
+from ..formats.conversion import check_comparable, check_same_size
 from ..frame import FUSED, Frame, Frames, check_whole, frame_at
 from ..losses.losses import round_up
 from ..metrics import bounding_box_diagonal

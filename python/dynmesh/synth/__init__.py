@@ -18,10 +18,9 @@ from ..sequence import Sequence
 from ._beetle import march
 from ._bust import speak
 from ._choreography import walk
-from ._cloth import fall
 from ._hand import count
 from ._heart import beat
-from ._waves import waves
+from ._sheets import fall, waves
 
 __all__ = ["Name", "beetle", "bust", "cloth", "hand", "heart", "ocean", "sequence", "walker"]
 

@@ -16,7 +16,7 @@ from .._errors import InputError, locating
 from .._options import Input
 from .._report import Report, counted, tracked, write_csv
 from ..formats import OneSequence, PathLike, Source, opened
-from ..formats.comparison import check_comparable, check_same_size, remarks_of
+from ..formats.conversion import check_comparable, check_same_size, remarks_of
 from ..formats.times import indices_of
 from ..frame import Frame, Frames, check_whole
 from ..polygons import Faces

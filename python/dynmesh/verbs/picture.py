@@ -8,7 +8,7 @@ from .._options import Input, Method, Output
 from ..draw.heatmap import Alone, range_of
 from ..draw.picture import drawn, evenly_spaced
 from ..formats import OneSequence, Source
-from ..formats.comparison import remarks_of
+from ..formats.conversion import remarks_of
 from ..formats.times import index_of
 from ..header import Axis
 from .view import opened_together

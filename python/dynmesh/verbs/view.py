@@ -14,7 +14,7 @@ from ..draw.heatmap import Colour, range_of
 from ..draw.page import Page, page, require_page, scan_factor
 from ..draw.page.pick import pick_page
 from ..formats import OneSequence, PathLike, Source
-from ..formats.comparison import remarks_of
+from ..formats.conversion import remarks_of
 from ..frame import Frames
 from ..header import Axis
 from ..scans import ScanReader, ScanSource, open_scans
