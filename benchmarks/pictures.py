@@ -117,6 +117,7 @@ def sheet(
             append_images=moving[1:],
             duration=round(1000 / _PER_SECOND),
             loop=0,
-            quality=70,
+            quality=55,
+            alpha_quality=60,
             method=4,
         )
