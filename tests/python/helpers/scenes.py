@@ -114,7 +114,7 @@ def turned(scene: Scene, rng: np.random.Generator) -> Change:
 
 
 def in_another_unit(scene: Scene, rng: np.random.Generator) -> Change:
-    unit = rng.choice([0.0254, 1000.0, 1 / 3])
+    unit = rng.choice([1000 / 3, 2.0**-60, 2.0**40])
     moved = scene.moved(lambda p: unit * p, np.eye(3))
     return Change(moved._replace(unit=unit * scene.unit), lambda p: unit * p, unit)
 
