@@ -291,6 +291,9 @@ TEST_CASE("C refuses what a completer cannot use") {
           dynmesh_state(c, room.data(), size - 1));
   refused({"state:", "-1"}, dynmesh_restore(c, state.data(), -1));
   refused({"standard_error:", "uncertainty"}, dynmesh_standard_error(c, &bar, k, DYNMESH_FLOAT32));
+  const CCompleter<double> unsure(world.mesh.faces(), world.mesh.points(), {.uncertainty = true});
+  refused({"count:", "50"}, dynmesh_standard_error(unsure.get(), &bar, k + 1, DYNMESH_FLOAT64));
+  refused({"type:", "32"}, dynmesh_standard_error(unsure.get(), &bar, k, DYNMESH_FLOAT32));
   refused({"none.obj:"}, dynmesh_read_template("none.obj", &mesh), DYNMESH_UNREADABLE_FILE);
   refused({"null pointer"}, dynmesh_read_template("none.obj", nullptr));
   CHECK(mesh == nullptr);

@@ -33,21 +33,6 @@ static_assert(sizeof(dynmesh_depth_image) == 240);
 namespace dynmesh::testing {
 namespace {
 
-TEST_CASE("what arguments of another size would overwrite is kept") {
-  const auto mesh = sheet<float>(3);
-  const CCompleter<float> completer(mesh.faces(), mesh.points(), {.uncertainty = true});
-  std::vector<float> values(9, 7);
-  const auto refused = [&](std::int64_t count, std::int32_t type, const char* argument) {
-    const auto status = dynmesh_standard_error(completer.get(), values.data(), count, type);
-    CHECK(status == DYNMESH_INVALID_ARGUMENT);
-    CHECK(std::string(dynmesh_last_message()).starts_with(argument));
-    CHECK(values == std::vector<float>(9, 7));
-  };
-  refused(8, DYNMESH_FLOAT32, "count:");
-  refused(10, DYNMESH_FLOAT32, "count:");
-  refused(9, DYNMESH_FLOAT64, "type:");
-}
-
 TEST_CASE("a null completer has nothing and is destroyed like any other") {
   CHECK(dynmesh_n_vertices(nullptr) == 0);
   CHECK(dynmesh_generation(nullptr) == nullptr);

@@ -199,25 +199,6 @@ TEST_CASE("what may be called at any time is right while the object changes") {
         [&] { return is_told_at_any_time(tracker, k, state.size()); });
     CHECK(wrong == 0);
   }
-  SUBCASE("in C") {
-    CCompleter<double> completer(mesh.faces(), mesh.points());
-    const auto push = [&](int i) {
-      const auto known = random_mask(k, 0.1 * (i % 10), static_cast<unsigned>(i));
-      completer.push(mesh.points(), {known.data(), k}, rows);
-    };
-    push(1);
-    const auto state = completer.state();
-    const auto is_right = [&] {
-      std::int64_t size = 0;
-      dynmesh_frame_report report;
-      return dynmesh_n_vertices(completer.get()) == static_cast<std::int64_t>(k) &&
-             dynmesh_state_size(completer.get(), &size) == DYNMESH_OK &&
-             size == std::ssize(state) && dynmesh_report(completer.get(), &report) == DYNMESH_OK &&
-             report.known + report.filled + report.disconnected == static_cast<std::int64_t>(k);
-    };
-    CHECK(wrong_during(
-              100, [&](int i) { change(completer, mesh, state, push, i); }, is_right) == 0);
-  }
 }
 
 template <class Real>

@@ -137,14 +137,6 @@ TEST_CASE("larger pixels are where those they replace are, without the stray one
   }
 }
 
-TEST_CASE("pixels beyond a jump are of other surfaces") {
-  ObliqueImage image(5);
-  image.pixels[20 * image_width + 30] = 9;
-  const std::vector<DepthImage> images = {image.view()};
-  CHECK(point_scan_of(images, 1, image_height * image_width).size() ==
-        image_height * image_width - 1);
-}
-
 /// A grid on z = 0, of which the sensors estimate the normals.
 PointScan& estimated(PointScan& scan) {
   Workers workers(1);

@@ -132,14 +132,6 @@ TEST_CASE("donors are the nearest vertices of other components") {
   }
 }
 
-TEST_CASE("coincident isolated vertices do not slow down the search") {
-  const std::vector<Vector3> frame(200'000, Vector3{1, 2, 3});
-  std::vector<Index> component(frame.size());
-  for (std::size_t v = 0; v < frame.size(); ++v) component[v] = static_cast<Index>(v);
-  const auto donors = find_donors(frame, component);
-  for (const Index v : {0, 5, 199'999}) CHECK((donors[v] >= 0 && donors[v] != v));
-}
-
 TEST_CASE("only anchors that move away from their neighbours are rejected") {
   const auto mesh = sheet<double>(20);
   const Topology topology = build_topology(mesh.faces(), mesh.size());

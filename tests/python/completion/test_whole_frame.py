@@ -11,6 +11,7 @@ from scans_of_meshes import bent
 
 import dynmesh
 from dynmesh import whole_frames
+from dynmesh.whole_frames import WholeFrame, whole_frame
 from dynmesh.whole_frames.trips import known_parts
 from dynmesh.whole_frames.window import Mesh, Window
 
@@ -24,7 +25,7 @@ class Recording:
         self.known = np.random.default_rng(5).random(self.frames.shape[:2]) < share
         self.known[n // 3, ::3] = True  # the best frame
 
-    def error(self, whole: dynmesh.whole_frames.WholeFrame, which: Any = slice(None)) -> float:
+    def error(self, whole: WholeFrame, which: Any = slice(None)) -> float:
         """The mean distance from the true frame."""
         distance = np.linalg.norm(whole.positions - self.frames[whole.frame], axis=1)
         return float(distance[which].mean())
@@ -38,7 +39,7 @@ def test_it_is_what_the_method_says(base: int, n_unseen: int) -> None:
     """Also of vertices that no frame knows."""
     faces, frames, known = RECORDING.faces, RECORDING.frames, RECORDING.known.copy()
     known[:, :n_unseen] = False
-    whole = dynmesh.whole_frames.whole_frame(faces, frames, known, frame=base)
+    whole = whole_frame(faces, frames, known, frame=base)
     positions, errors = reference.whole_frame(faces, frames, known, base, 15)
     assert whole.frame == base
     np.testing.assert_array_equal(whole.seen, known.any(axis=0))
@@ -49,7 +50,7 @@ def test_it_is_what_the_method_says(base: int, n_unseen: int) -> None:
 def test_a_frame_that_is_torn_where_no_frame_knows_it_is_not_returned_as_sound() -> None:
     known = RECORDING.known.copy()
     known[:, :20] = False
-    whole = dynmesh.whole_frames.whole_frame(RECORDING.faces, RECORDING.frames, known, frame=0)
+    whole = whole_frame(RECORDING.faces, RECORDING.frames, known, frame=0)
     assert whole.doubtful
     assert np.abs(whole.positions).max() < 2 * np.abs(RECORDING.frames).max()
 
@@ -63,7 +64,7 @@ def test_a_guess_between_vertices_that_are_close_together_is_not_doubtful() -> N
     frames = np.stack([turned(close, 0.05 * n) for n in range(8)])
     known = np.ones(frames.shape[:2], np.bool_)
     known[:, np.argsort(away)[:12]] = False
-    whole = dynmesh.whole_frames.whole_frame(mesh.faces, frames, known, frame=3)
+    whole = whole_frame(mesh.faces, frames, known, frame=3)
     assert not whole.doubtful
     np.testing.assert_allclose(whole.positions, frames[3], atol=0.1)
 
@@ -77,7 +78,7 @@ def test_edges_that_no_frame_knows_may_be_as_different_as_others() -> None:
     rng = np.random.default_rng(0)
     known = rng.random(frames.shape[:2]) < 0.7
     known[:, rng.permutation(len(bent))[:40]] = False
-    whole = dynmesh.whole_frames.whole_frame(mesh.faces, frames, known, frame=3)
+    whole = whole_frame(mesh.faces, frames, known, frame=3)
     assert not whole.doubtful
     np.testing.assert_allclose(whole.positions[whole.seen], frames[3][whole.seen], atol=0.1)
 
@@ -86,27 +87,23 @@ def test_the_frame_that_knows_one_vertex_more_is_completed() -> None:
     known = np.ones_like(RECORDING.known)
     known[:, :2] = False
     known[1, 0] = True
-    assert dynmesh.whole_frames.whole_frame(RECORDING.faces, RECORDING.frames, known).frame == 1
+    assert whole_frame(RECORDING.faces, RECORDING.frames, known).frame == 1
 
 
 def test_outliers_are_those_of_the_method_and_do_no_harm() -> None:
     recording = Recording(share=0.8)
-    clean = dynmesh.whole_frames.whole_frame(recording.faces, recording.frames, recording.known)
+    clean = whole_frame(recording.faces, recording.frames, recording.known)
     rng = np.random.default_rng(0)
     spikes = (rng.random(recording.known.shape) < 0.02) & recording.known
     frames = recording.frames + np.where(spikes, 9.0, 0.0)[..., None]
     kept = reference.without_outliers(recording.faces, frames, recording.known)
     assert not (kept & spikes).any()
-    without = dynmesh.whole_frames.whole_frame(recording.faces, frames, kept, frame=clean.frame)
-    whole = dynmesh.whole_frames.whole_frame(
-        recording.faces, frames, recording.known, frame=clean.frame, outliers=True
-    )
+    without = whole_frame(recording.faces, frames, kept, frame=clean.frame)
+    whole = whole_frame(recording.faces, frames, recording.known, frame=clean.frame, outliers=True)
     np.testing.assert_array_equal(whole.positions, without.positions)
     np.testing.assert_array_equal(whole.known, kept[whole.frame])
     assert recording.error(whole) < 3 * recording.error(clean) + 0.01
-    spoilt = dynmesh.whole_frames.whole_frame(
-        recording.faces, frames, recording.known, frame=clean.frame
-    )
+    spoilt = whole_frame(recording.faces, frames, recording.known, frame=clean.frame)
     assert recording.error(spoilt) > 5 * recording.error(whole)
 
 
@@ -114,15 +111,15 @@ def test_noise_is_smoothed() -> None:
     recording = Recording(n=20, share=0.8)
     rng = np.random.default_rng(0)
     frames = recording.frames + rng.normal(0, 0.05, recording.frames.shape)
-    exact = dynmesh.whole_frames.whole_frame(recording.faces, frames, recording.known)
-    smooth = dynmesh.whole_frames.whole_frame(recording.faces, frames, recording.known, noise=0.05)
+    exact = whole_frame(recording.faces, frames, recording.known)
+    smooth = whole_frame(recording.faces, frames, recording.known, noise=0.05)
     assert recording.error(smooth) < 0.9 * recording.error(exact)
     assert (smooth.standard_error > 0).all()
 
 
 def test_one_frame_is_filled_smoothly() -> None:
     frames, known = RECORDING.frames[:1], RECORDING.known[:1]
-    whole = dynmesh.whole_frames.whole_frame(RECORDING.faces, frames, known)
+    whole = whole_frame(RECORDING.faces, frames, known)
     expected = reference.smooth_fill(frames[0], known[0], reference.edges_of(RECORDING.faces))
     np.testing.assert_allclose(whole.positions, expected, atol=1e-8)
     np.testing.assert_array_equal(whole.seen, known[0])
@@ -131,7 +128,7 @@ def test_one_frame_is_filled_smoothly() -> None:
 
 
 def test_a_whole_frame_comes_back_as_it_is() -> None:
-    whole = dynmesh.whole_frames.whole_frame(RECORDING.faces, RECORDING.frames)
+    whole = whole_frame(RECORDING.faces, RECORDING.frames)
     np.testing.assert_array_equal(whole.positions, RECORDING.frames[whole.frame])
     np.testing.assert_array_equal(whole.standard_error, 0)
     assert whole.seen.all()
@@ -143,7 +140,7 @@ def test_a_part_that_only_another_frame_knows_is_taken_from_it() -> None:
     frames = np.array([turned(mesh.vertices, 0.05 * t) for t in range(10)])
     known = np.random.default_rng(2).random(frames.shape[:2]) < 0.5
     known[:, part] = np.arange(10)[:, None] == 7
-    whole = dynmesh.whole_frames.whole_frame(mesh.faces, frames, known, frame=2)
+    whole = whole_frame(mesh.faces, frames, known, frame=2)
     assert whole.seen.all()
     np.testing.assert_allclose(whole.positions[part], frames[2][part], atol=0.05)
     assert np.isinf(whole.standard_error[part]).all()
@@ -156,7 +153,7 @@ def test_where_the_others_do_not_help_the_frame_is_filled_smoothly() -> None:
     frames = RECORDING.frames.copy()
     frames[4:] *= 1 + 3 * np.random.default_rng(1).random((8, 1, 3))
     frames[:3] *= 1 + 3 * np.random.default_rng(2).random((3, 1, 3))
-    whole = dynmesh.whole_frames.whole_frame(RECORDING.faces, frames, known, frame=3)
+    whole = whole_frame(RECORDING.faces, frames, known, frame=3)
     expected = reference.smooth_fill(frames[3], known[3], reference.edges_of(RECORDING.faces))
     assert whole.doubtful
     np.testing.assert_allclose(whole.positions, expected, atol=1e-8)
@@ -173,9 +170,7 @@ def test_progress_counts_and_its_errors_stop_the_work(monkeypatch: pytest.Monkey
 
     monkeypatch.setattr(whole_frames, "steps", lambda *_: nullcontext(watch))
     with pytest.raises(KeyboardInterrupt):
-        dynmesh.whole_frames.whole_frame(
-            RECORDING.faces, RECORDING.frames, RECORDING.known, progress=True
-        )
+        whole_frame(RECORDING.faces, RECORDING.frames, RECORDING.known, progress=True)
     assert steps == [(done, 162) for done in range(51)]
 
 
@@ -193,9 +188,7 @@ READ: list[int] = []
 
 def test_frames_are_read_in_order_twice_and_only_those_that_are_used() -> None:
     mesh, n = sheet(3), 2000
-    whole = dynmesh.whole_frames.whole_frame(
-        mesh.faces, Watched(np.tile(mesh.vertices, (n, 1, 1)), mesh.faces)
-    )
+    whole = whole_frame(mesh.faces, Watched(np.tile(mesh.vertices, (n, 1, 1)), mesh.faces))
     assert whole.frame == n // 2 - 1  # the one nearest to the middle
     first, second = READ[:n], READ[n:]
     assert first == [*range(n)]

@@ -272,14 +272,6 @@ def test_images_of_tum_are_read_where_their_list_is(tmp_path: Path) -> None:
     assert reader.numbers == pytest.approx([1305031102 + n / 30 for n in range(5)], abs=1e-6)
 
 
-def test_a_folder_whose_folder_holds_scans_names_it(tmp_path: Path) -> None:
-    (tmp_path / "color").mkdir()
-    (tmp_path / "kinect" / "raw").mkdir(parents=True)
-    (tmp_path / "points").mkdir()
-    (tmp_path / "points" / "0.ply").write_text("ply")
-    assert_refused(tmp_path, "without scans, .*there are some in points", open_scans)
-
-
 def masked(folder: Path, suffix: str = ".png", size: tuple[int, int] = (8, 6)) -> Path:
     """Masks whose left half is the subject, for images of two cameras in three frames."""
     (folder / "masks").mkdir()

@@ -20,7 +20,6 @@ from dynmesh.scans import (
 from dynmesh.topology import mean_edge_of
 from dynmesh.tracking.background import (
     Background,
-    ScansWithoutBackground,
     crop_of,
     planes_of_background,
 )
@@ -106,21 +105,6 @@ def test_a_template_is_found_in_a_room_which_is_named(rooms: Path) -> None:
     assert distances.mean() < 0.3 * EDGE
     said = run("track", rooms / "inside", *words, "--remove-planes").stderr
     assert "times as large" not in said
-
-
-def test_a_page_shows_scans_without_the_room(rooms: Path) -> None:
-    low, high = TRUTH.vertices.min(axis=1) - 0.31, TRUTH.vertices.max(axis=1) + 0.31
-    for factor in (1.0, 1000.0):  # the unit of the scans in that of the sequence
-        sequence = replace(TRUTH, vertices=factor * TRUTH.vertices)
-        scans = open_scans(rooms / "inside")
-        left = ScansWithoutBackground(scans, sequence, Background(0.3 * factor, True), factor)
-        assert left.n_frames == scans.n_frames
-        for number, (before, after) in enumerate(zip(scans, left, strict=True)):
-            assert before is not None
-            assert after is not None
-            assert 100 < len(after.cloud) < 0.05 * len(before.cloud)
-            assert (after.cloud > low[number]).all()
-            assert (after.cloud < high[number]).all()
 
 
 def test_planes_of_a_room_are_found_and_a_flat_subject_is_kept() -> None:

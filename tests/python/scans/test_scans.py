@@ -100,13 +100,6 @@ def test_triangles_through_the_plane_of_the_camera_hide_what_exact_rays_say(
     np.testing.assert_array_equal(seen(mesh, camera), seen_by_rays(mesh, camera))
 
 
-def test_work_in_small_portions_is_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
-    mesh = potato(np.random.default_rng(4))
-    expected = seen(mesh, NEAR_X)
-    monkeypatch.setattr("dynmesh.losses.visibility._PAIRS_AT_ONCE", 10)
-    np.testing.assert_array_equal(seen(mesh, NEAR_X), expected)
-
-
 def test_a_triangle_seen_edge_on_does_not_hide_its_own_vertices() -> None:
     rng = np.random.default_rng(8)
     for _ in range(300):

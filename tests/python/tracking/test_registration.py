@@ -13,8 +13,6 @@ from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 import dynmesh
-from dynmesh.scans import PointScan
-from dynmesh.tracking.placing import push_scan
 
 
 def register(mesh: Mesh, *scan: Array, **options: Any) -> dynmesh.registration.Registration:
@@ -252,12 +250,3 @@ def test_the_inside_of_a_shell_need_not_be_measured(rng: np.random.Generator) ->
     given = points[seen], normals[seen]
     found = register(shell, *given, viewpoints=sensors, align=False)
     assert found.quality == "good"
-
-
-def test_normals_that_point_inwards_are_named_where_tracking_begins(
-    rng: np.random.Generator,
-) -> None:
-    mesh, _ = person()
-    points, normals = scan(mesh, mesh.vertices, rng)
-    with pytest.raises(ValueError, match=r"point inwards; .* far from the first scan"):
-        push_scan(dynmesh.Tracker(mesh.faces, mesh.vertices), PointScan(points + 9, -normals, None))

@@ -172,18 +172,6 @@ def test_a_template_that_is_lost_is_registered_anew_at_most_once_in_ten_frames()
     np.testing.assert_array_equal(frames[1::2], frames[::2])
 
 
-def test_what_is_lost_in_one_frame_is_found_where_it_was_before() -> None:
-    mesh = bumpy_torus(24)
-    before = torus_scan(mesh, turned(mesh.vertices, 0.03))
-    tracker = Tracker(mesh.faces, mesh.vertices, recover=True)
-    tracker.push(*before)
-    tracker.push(*torus_scan(mesh, np.add(turned(mesh.vertices, 2.1), [40, 0, 0])))
-    assert tracker.report.recovered
-    after = turned(mesh.vertices, 0.06)
-    assert np.abs(tracker.push(*torus_scan(mesh, after)) - after).max() < 0.3 * edge(mesh)
-    assert tracker.report.recovered
-
-
 def test_a_registration_that_finds_nothing_leaves_no_trace(rng: np.random.Generator) -> None:
     mesh = bumpy_torus(16)
     points, normals = torus_scan(mesh, turned(mesh.vertices, 0.03))
