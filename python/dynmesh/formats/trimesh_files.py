@@ -8,7 +8,8 @@ its animations are not read.
 
 import json
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +25,7 @@ from .format import Format
 _OF_LOOKS = ("KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_lights_", "KHR_xmp")
 """Extensions that a mesh can be read without, by how their names begin."""
 
-_FLOAT, _TRIANGLES, _STRIP, _FAN = 5126, 4, 5, 6
+_FAN = 6  # of modes of primitives
 
 
 def what_gltf_holds(path: Path) -> set[str]:
@@ -36,11 +37,11 @@ def what_gltf_holds(path: Path) -> set[str]:
             _refuse(f"requires the extension {name}")
     if any("EXT_mesh_gpu_instancing" in node.get("extensions", {}) for node in nodes):
         _refuse("repeats meshes by the extension EXT_mesh_gpu_instancing")
-    for primitive in _primitives(document):
-        _check_accessor(document, primitive["attributes"]["POSITION"], primitive, is_position=True)
+    for primitive in chain.from_iterable(one["primitives"] for one in document.get("meshes", [])):
+        _check_plain(document, primitive["attributes"]["POSITION"])
         if "indices" in primitive:
-            _check_accessor(document, primitive["indices"], primitive, is_position=False)
-        if primitive.get("mode", _TRIANGLES) == _FAN:
+            _check_plain(document, primitive["indices"])
+        if primitive.get("mode") == _FAN:
             _refuse("has triangle fans")
         if primitive.get("targets"):
             weights = [one.get("weights", []) for one in (*document["meshes"], *nodes)]
@@ -50,44 +51,12 @@ def what_gltf_holds(path: Path) -> set[str]:
     return held | ({"animations"} if document.get("animations") else set())
 
 
-def check_counts(path: Path, read: Sequence[Any]) -> None:
-    """Refuses meshes of the library that have not as many vertices and faces as a file states."""
-    document = _json_in(path)
-    stated = []
-    for primitive in _primitives(document):
-        if (mode := primitive.get("mode", _TRIANGLES)) in (_TRIANGLES, _STRIP):
-            n = document["accessors"][primitive["attributes"]["POSITION"]]["count"]
-            at = primitive.get("indices")
-            corners = n if at is None else document["accessors"][at]["count"]
-            stated.append((n, corners // 3 if mode == _TRIANGLES else None))
-    meshes = [mesh for mesh in read if hasattr(mesh, "faces")]
-    results = [
-        (len(mesh.vertices), None if faces is None else len(mesh.faces))
-        for mesh, (_, faces) in zip(meshes, stated, strict=False)
-    ]
-    if len(meshes) != len(stated) or results != stated:
-        raise InputError(f"states meshes of {stated} vertices and faces, but {results} were read")
-
-
-def _check_accessor(
-    document: dict[str, Any], number: int, primitive: dict[str, Any], *, is_position: bool
-) -> None:
+def _check_plain(document: dict[str, Any], number: int) -> None:
+    """Refuses an accessor whose numbers the library would not read, or as others."""
     accessor = document["accessors"][number]
-    what = f"accessor {number}, of {'positions' if is_position else 'faces'},"
-    if "sparse" in accessor:
-        _refuse(f"{what} is sparse")
-    if "bufferView" not in accessor:
-        by = " and ".join(primitive.get("extensions", {})) or "no buffer"
-        _refuse(f"{what} is given by {by}")
-    for name in document["bufferViews"][accessor["bufferView"]].get("extensions", {}):
-        _refuse(f"{what} is given by {name}")
-    if is_position and accessor["componentType"] != _FLOAT and accessor.get("normalized"):
-        _refuse(f"{what} is of normalised integers")
-
-
-def _primitives(document: dict[str, Any]) -> Iterator[dict[str, Any]]:
-    for mesh in document.get("meshes", []):
-        yield from mesh["primitives"]
+    view = document["bufferViews"][accessor["bufferView"]] if "bufferView" in accessor else {}
+    if not view or view.get("extensions") or "sparse" in accessor or accessor.get("normalized"):
+        _refuse(f"accessor {number} is compressed, sparse or normalised")
 
 
 def _refuse(what: str) -> None:
@@ -144,8 +113,6 @@ class ModelFrames(FileFrames):
 def _by_trimesh(path: Path) -> tuple[NDArray[np.float64], Polygons]:
     """Returns the vertices and the triangles, as many as the file states."""
     scene: Any = require("trimesh", extra="scans").load_scene(path, process=False)
-    if path.suffix.lower() in _GLTF:
-        check_counts(path, [*scene.geometry.values()])
     mesh = scene.to_mesh()
     points = np.asarray(mesh.vertices, np.float64).reshape(-1, 3)
     corners = np.asarray(getattr(mesh, "faces", np.zeros((0, 3))), np.int64).reshape(-1)
