@@ -161,17 +161,8 @@ class Completer(Stream):
         threads: int = 1,
         training: Iterable[Positions] | None = None,
     ) -> None:
-        settings: dict[str, Any] = {
-            "method": method,
-            "revisit": revisit,
-            "extra_iterations": extra_iterations,
-            "disconnected": disconnected,
-            "noise": noise,
-            "reject_outliers": reject_outliers,
-            "learn": learn,
-            "uncertainty": uncertainty,
-            "threads": threads,
-        }
+        given = locals()
+        settings = {name: given[name] for name in Settings.__annotations__}
         super().__init__(faces, first_frame, training, Settings.__annotations__, settings)
 
     _create = staticmethod(_core.completer)

@@ -255,18 +255,11 @@ def complete(
         their `report`: a :class:`dynmesh.Sequence` of frames in memory; of others, a
         :class:`dynmesh.frames.Run`, whose frames are made when they are gone through.
     """
+    arguments = locals()
+    names = [name for name in SequenceSettings.__annotations__ if name in arguments]
+    given: Any = {name: arguments[name] for name in names if name != "start"}
     check_start(start, template)
     check_flags(bidirectional=bidirectional)
-    given: SequenceSettings = {
-        "method": method,
-        "noise": noise,
-        "reject_outliers": reject_outliers,
-        "learn": learn,
-        "uncertainty": uncertainty,
-        "threads": threads,
-        "bidirectional": bidirectional,
-        "drop_above": drop_above,
-    }
     settings = with_implied(given, trained=training is not None)
     Completer([[0, 1, 2]], np.eye(3), **settings)  # which refuses settings before any work is done
     with contextlib.ExitStack() as stack:
