@@ -7,6 +7,7 @@ import resource
 import tracemalloc
 import zipfile
 from collections.abc import Callable, Iterator
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -48,8 +49,8 @@ def result_of(path: Path) -> dynmesh.Sequence | str:
 def differences(found: dynmesh.Sequence, whole: dynmesh.Sequence) -> float:
     """The number of entries in which two sequences differ; infinity if their kinds do."""
     count: float = 0
-    for values in zip(vars(found).values(), vars(whole).values(), strict=True):
-        one, other = map(np.asarray, values)
+    for field in fields(dynmesh.Sequence):
+        one, other = (np.asarray(getattr(each, field.name)) for each in (found, whole))
         if (one.shape, one.dtype) != (other.shape, other.dtype):
             return np.inf
         count += np.count_nonzero((one != other) & ((one == one) | (other == other)))

@@ -1,6 +1,6 @@
 """Requirements for all file formats."""
 
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -89,7 +89,8 @@ def test_any_sequence_survives(
         is_lost = again[name] is None or (name == "start" and again[name] != stated[name])
         renumbered = name == "start" and "numbered from 0" in remarks
         assert is_lost == (STATED[name] in remarks or renumbered), name
-    for name, value in vars(as_kept(sequence, format)).items():
+    kept = as_kept(sequence, format)
+    for name, value in ((field.name, getattr(kept, field.name)) for field in fields(kept)):
         if name == "origin":
             assert (again[name] is not None) == (format == "usd")  # over which a layer can lie
         elif name == "fps" and value is not None:

@@ -66,14 +66,6 @@ def track(scans: str | Path, output: str | Path, **options: Any) -> SimpleNamesp
     return write(dynmesh.track(scans, **options), output, **writing)
 
 
-def register(
-    template: str | Path, scan: str | Path, output: str | Path, **options: Any
-) -> SimpleNamespace:
-    """Registers a template with a scan."""
-    writing = {name: options.pop(name) for name in _WRITING if name in options}
-    return write(dynmesh.register(template, scan, **options), output, **writing)
-
-
 def pushed(
     faces: Any, frames: Any, known: Any = None, *, training: Any = None, **settings: Any
 ) -> list[Any]:

@@ -269,6 +269,17 @@ def test_a_cluster_without_workers_is_told_and_waited_for(
     assert f"start `dask worker {here.scheduler_address}`" in error.getvalue()
 
 
+def test_workers_of_another_version_are_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, scheduler: str
+) -> None:
+    write_partial(tmp_path / "a.npz")
+    (tmp_path / "jobs.csv").write_text("input,output\na.npz,b.npz\n")
+    monkeypatch.setattr(running, "__version__", "9.9.9")
+    told = run("batch", tmp_path / "jobs.csv", "--scheduler", scheduler, code=1).stderr
+    assert f"has dynmesh {dynmesh.__version__}, but needs 9.9.9" in told
+    assert not (tmp_path / "b.npz").exists()
+
+
 def children_of(pid: int) -> dict[int, bytes]:
     """The processes that the threads of a process have started, and their command lines."""
     threads = Path(f"/proc/{pid}/task").glob("*/children")

@@ -18,6 +18,7 @@ from dynmesh import open as open_sequence
 from dynmesh.draw import notebook
 from dynmesh.draw.heatmap import Heatmap, stated_up, whole_faces
 from dynmesh.draw.picture import drawn
+from dynmesh.draw.scales import count_scale
 from dynmesh.scans import PointScan, open_scans, write_ply
 from dynmesh.topology import likely_up
 
@@ -154,6 +155,16 @@ def test_known_is_generation_0_or_what_the_input_says(sequence: Sequence) -> Non
     assert [tick.label for tick in scale.ticks] == ["filled in", "observed"]
     assert np.flatnonzero(frame.values["known"] == 0).tolist() == [3, 8]
     assert np.flatnonzero(~frame.beside["input"].visible).tolist() == [3, 8]
+
+
+@pytest.mark.parametrize("largest", [*range(70), 2**20])
+def test_every_count_has_the_step_that_names_it(largest: int) -> None:
+    scale = count_scale("steps", largest, zero="here")
+    counts = np.unique(np.linspace(1, largest, 100).astype(int)) if largest else np.array([0])
+    for count, position in zip(counts, scale.position(counts), strict=True):
+        label = min(scale.ticks, key=lambda tick: abs(tick.position - position)).label
+        first, _, last = label.split(",")[0].partition(" to ")
+        assert int(first) <= count <= int(last or first)
 
 
 def test_triangles_with_a_missing_vertex_are_left_out() -> None:

@@ -4,6 +4,7 @@ import json
 import os
 import signal
 import subprocess
+import time
 from pathlib import Path
 from typing import Any
 
@@ -160,6 +161,16 @@ def test_without_a_frame_nothing_is_written(complete: Any, tmp_path: Path) -> No
     for output in (tmp_path / "b.raw", tmp_path / "deep" / "er" / "%d.ply"):
         assert "contains no frame" in complete("-", output, code=1)[1]
         assert left_in(tmp_path) == {}
+
+
+@pytest.mark.usefixtures("hearing_interrupts")
+def test_an_interrupt_before_the_first_frame_writes_nothing(start: Any, tmp_path: Path) -> None:
+    with start("-", tmp_path / "out.raw") as process:
+        while not [*tmp_path.glob("out.raw.part")]:
+            time.sleep(0.01)
+        process.send_signal(signal.SIGINT)
+        assert process.wait() == 130
+    assert left_in(tmp_path) == {}
 
 
 def test_devices_and_links_to_them_get_the_stream(

@@ -141,6 +141,7 @@ shell = [
     misused(f"{_CONVERT} --frames 2:9", "body.npz:", "--frames: must be some of 0:3", "2:9"),
     misused(f"{_CONVERT} --unit m --to-unit mm --scale 1e306", "frame 0: --scale: takes points out of"),
     refused(f"{_CONVERT} --output-format fbx", "new.npz:", "'fbx'"),
+    refused("convert body.npz new.usda --up x", "new.usda:", "x"),
     refused("convert foo.ply new.npz", "foo.ply: line 2:", "foo"),
     refused("convert clouds new", "clouds/a_1.xyz: line 1:"),
     refused("convert clouds new.npz", "new.npz: scans are written to a folder", ".npz"),
