@@ -238,10 +238,7 @@ class Command:
         every = [option for option in own if option.parameter.name != "source"]
         if self._reads:  # the faces are those of the file
             every = [option for option in own[1:] if option.parameter.name != "faces"]
-        takes_scans = any(
-            p.kind is p.VAR_KEYWORD for p in inspect.signature(verb).parameters.values()
-        )
-        if takes_scans:
+        if any(p.kind is p.VAR_KEYWORD for p in inspect.signature(verb).parameters.values()):
             of_scans = ScanSource.__annotations__
             every += [o for o in options_of(open_scans) if o.parameter.name in of_scans]
         if self._reads or takes_source:
@@ -283,8 +280,7 @@ class Command:
         """Names arguments of functions, which texts mark as in `threads`, as options."""
 
         def option(match: re.Match[str]) -> str:
-            name = match[1]
-            return self.option_of(name) or NAMES.get(name, (f"--{name.replace('_', '-')}",))[0]
+            return self.option_of(match[1]) or names_of("", match[1])[0]
 
         return re.sub(r"`(\w+)`", option, text)
 
@@ -378,7 +374,7 @@ def arguments_of(
 
 def refusal(error: Any) -> InputError:
     """Returns what cyclopts refuses as an error of dynmesh."""
-    from cyclopts import App, CoercionError, MissingArgumentError, UnusedCliTokensError
+    from cyclopts import CoercionError, MissingArgumentError, UnusedCliTokensError
 
     result = error.argument
     argument = None if result is None else [result.field_info.name, *result.keys][-1]
@@ -388,10 +384,8 @@ def refusal(error: Any) -> InputError:
         message = str(cause) if cause else f"must be {in_words(error.target_type)}, not {value!r}"
         return InputError(message, argument=argument, value=value)
     if isinstance(error, MissingArgumentError) and error.keyword is None:
-        every = App(default_command=error.target).assemble_argument_collection(parse_docstring=True)
-        what = str(
-            next(known.parameter.help for known in every if known.field_info.name == argument)
-        )
+        command: Any = error.target
+        what = command.spelt(command.options[argument][-1].help)
         return InputError(f"is missing: {what.partition(';')[0]}", argument=argument)
     message = str(error)
     if isinstance(error, UnusedCliTokensError):
