@@ -1,16 +1,14 @@
 """Whether the cameras of depth images are read as they are meant, and a file that corrects them."""
 
 import contextlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Unpack
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .. import formats
-from .._arrays import Positions
 from .._checks import path_of
 from .._errors import InputError
 from .._options import Input
@@ -35,28 +33,23 @@ class RigReport(Report):
     Attributes:
         quality: "doubtful" if the cameras do not fit as they are stated; "good" if nothing is
             judged.
-        scan: the first one, in the unit of the template, as the cameras are stated.
-        template: its faces and vertices, or None if there is none.
-        up: the up axis that the template states, else "y".
         stated: how the scans fit as the cameras are stated.
         rig: the cameras if they fit, or corrected ones; None if neither is known.
         wrong: what is wrong with them, in a sentence, if it is known.
         meant: how the scans fit then.
-        path: of the scans.
         files: those in which the cameras are stated.
         output: the file with the corrected cameras that was written, or None.
+        has_template: whether there is one.
     """
 
-    scan: DepthScan = field(repr=False)
-    template: tuple[NDArray[np.integer], Positions] | None = field(default=None, repr=False)
-    up: str = "y"
     stated: Fit
     rig: Rig | None = field(default=None, repr=False)
     wrong: str = ""
     meant: Fit | None = None
-    path: Path = field(repr=False)
     files: tuple[Path, ...] = field(default=(), repr=False)
     output: Path | None = None
+    has_template: bool = field(default=False, repr=False)
+    _html: Callable[[str], str] = field(repr=False)
 
     def lines(self) -> list[str]:
         """Says what was found."""
@@ -72,9 +65,7 @@ class RigReport(Report):
 
     def page(self, path: PathLike) -> None:
         """Writes an HTML file that shows the cameras, what they see, and the template."""
-        title, names = f"{self.path.name}, the first scan", self.stated.named
-        html = rig_page(self.scan, self.template, self.up, title, self.told, names)
-        path_of("path", path).write_text(html, encoding="utf-8")
+        path_of("path", path).write_text(self._html(self.told), encoding="utf-8")
 
     @property
     def told(self) -> str:
@@ -85,7 +76,7 @@ class RigReport(Report):
         if self.rig is not None:
             every = [camera.name for camera in self.rig.cameras]
             blind = ", ".join(name for name in every if name not in self.stated.cameras)
-            if self.template is None:
+            if not self.has_template:
                 facts += "; a template tells whether images are mirrored or depths along rays"
             if blind:
                 facts += f"; those without an image in it are not judged: {blind}"
@@ -174,14 +165,15 @@ def rig(
 
     with steps("judging the cameras", progress) as show:
         compared = [*left(stated)]
+        first = fit(compared)
+        body = None if surface is None else (surface.faces, surface.points)
+        title = f"{path.name}, the first scan"
         result = RigReport(
-            scan=compared[0],
-            template=None if surface is None else (surface.faces, surface.points),
-            up=up,
-            stated=fit(compared),
+            stated=first,
             rig=stated,
-            path=path,
             files=() if stated.file is None else (stated.file,),
+            has_template=body is not None,
+            _html=lambda told: rig_page(compared[0], body, up, title, told, first.named),
         )
         if not result.stated.measures:
             return replace(result, rig=None)
