@@ -5,15 +5,7 @@ import sys
 from collections.abc import Callable
 from typing import Any
 
-from . import (
-    both_sides,
-    calibration,
-    cases,
-    paper,
-    rivals,
-    tracking,
-    whole_frame,
-)
+from . import calibration, cases, files, paper, rivals, tracking
 from .harness import Table, add_arguments, show
 
 OPTIONS: dict[str, dict[str, Any]] = {
@@ -31,12 +23,12 @@ TABLES: dict[str, tuple[Callable[[argparse.Namespace], list[Table]], tuple[str, 
     "methods": (cases.relative_to_motion, ("--known",)),
     "training": (cases.training, ("--known",)),
     "learning": (cases.learning, ("--known",)),
-    "both-sides": (both_sides.tables, ()),
+    "both-sides": (files.both_sides, ()),
     "calibration": (calibration.tables, ()),
     "tracking": (tracking.baselines, ("--cameras",)),
     "tracking-errors": (tracking.standard_errors, ("--cameras",)),
     "tracking-resolutions": (tracking.resolutions, ("--cameras",)),
-    "whole-frame": (whole_frame.tables, ()),
+    "whole-frame": (files.whole_frame, ()),
 }
 
 
