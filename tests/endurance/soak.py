@@ -3,8 +3,8 @@
     script/dev/soak [FRAMES]
 
 The exit code is 1 if memory grows, frames become slower, a position is not finite, or a tracker
-loses the surface. What single calls must keep is checked by
-tests/python/completion/test_stateful.py.
+loses the surface. What single calls must keep is checked by tests/fuzz/completer.cpp and
+tests/python/tracking/test_stateful.py.
 """
 
 import argparse

@@ -178,3 +178,19 @@ def test_random_meshes_equal_the_transcription(
         assert completer.report.disconnected == (generation < 0).sum()
         assert completer.report.iterations == max(generation.max(), 0) + extra
         frame = completed
+
+
+@pytest.mark.parametrize("revisit", [True, False])
+def test_a_recursion_that_diverges_stays_finite(revisit: bool) -> None:
+    mesh = meshes.sheet(12)
+    rng = np.random.default_rng(0)
+    completer = dynmesh.Completer(
+        mesh.faces, mesh.vertices.astype(np.float32), revisit=revisit, method="motion"
+    )
+    largest = 0.0
+    for _ in range(4000):
+        points = mesh.vertices + 0.3 * rng.normal(size=mesh.vertices.shape)
+        completed = completer.push(points.astype(np.float32), rng.random(144) < 0.02)
+        assert np.isfinite(completed).all()
+        largest = max(largest, float(np.abs(completed).max()))
+    assert largest > 1e6  # it does diverge

@@ -201,15 +201,6 @@ def test_damaged_images_are_lost(tmp_path: Path, content: bytes | None, told: st
     assert "frame 2" in reader.lost[-1]
 
 
-def test_a_camera_with_other_images_only_is_refused(tmp_path: Path) -> None:
-    folder = three_frames(tmp_path / "s")
-    files = sorted(folder.glob("*_c1.png"))
-    for file in files:
-        file.write_bytes(saved(Image.new("I;16", (9, 6), 7)))
-    told = "has 9 x 6 pixels, but camera 'c1' has 8 x 6"
-    assert_refused(files[0], told, lambda _: open_scans(folder))
-
-
 @pytest.mark.parametrize(
     ("named", "names"),
     [

@@ -19,6 +19,7 @@ from scan_files import error, moving_body
 
 import dynmesh
 from dynmesh.draw.page import page
+from dynmesh.formats.writing import Place
 from dynmesh.scans import (
     DepthScan,
     PointScan,
@@ -74,6 +75,44 @@ def test_a_training_and_standard_errors_of_a_file(folder: Path, tmp_path: Path) 
         np.testing.assert_allclose(tracked.standard_error[n], tracker.standard_error, rtol=1e-6)
     run(*words, "--training", training, "--provenance", "--overwrite")
     assert dynmesh.read(output).standard_error is None
+
+
+@pytest.mark.parametrize("command", ["track", "register"])
+def test_what_is_beside_the_frames_is_written_with_them_or_not_at_all(
+    command: str, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    beside, out, body = tmp_path / "beside.csv", tmp_path / "out.npz", folder / "body.obj"
+    words: list[Any] = ["track", folder / "points", out, "--template", body, "--csv", beside]
+    if command == "register":
+        beside = tmp_path / "beside.html"
+        words = ["register", body, folder / "points" / "frame_00000.ply", out, "--page", beside]
+
+    def fail(*_: object) -> None:
+        raise OSError("the disk is full")
+
+    with monkeypatch.context() as patched:
+        patched.setattr(Place, "fill", fail)
+        assert "the disk is full" in run(*words, code=1).stderr
+    assert [*tmp_path.iterdir()] == []
+    run(*words)
+    assert {*tmp_path.iterdir()} == {out, beside}
+    beside.write_text("of another program")
+    out.unlink()
+    assert f"{beside.name}: exists already" in run(*words, code=1).stderr
+    assert not out.exists()  # it was refused before any work
+    assert beside.read_text() == "of another program"
+    run(*words, "--overwrite")
+    assert beside.read_text() != "of another program"
+
+
+def test_tracked_frames_never_come_among_the_scans(folder: Path, tmp_path: Path) -> None:
+    (tmp_path / "linked").symlink_to(folder / "points")
+    before = sorted((folder / "points").iterdir())
+    tracked = dynmesh.track(folder / "points", template=folder / "body.obj")
+    for output in (folder / "points", tmp_path / "linked"):
+        with pytest.raises(ValueError, match="is in the folder of the input"):
+            tracked.write(output / "tracked_%d.ply")
+    assert sorted((folder / "points").iterdir()) == before
 
 
 def test_a_mesh_that_is_lost_is_registered_anew(tmp_path: Path) -> None:

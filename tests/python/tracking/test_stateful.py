@@ -1,7 +1,8 @@
-"""Completers and trackers under random calls, compared with a model and a twin.
+"""Trackers under random calls, compared with a model and a twin.
 
 The twin is a second one that works in another unit, and that receives only the calls that a
 restored state did not undo. Since units differ by powers of two, it must agree bit for bit.
+Completers under random calls are in tests/fuzz/completer.cpp.
 """
 
 from collections.abc import Callable
@@ -12,14 +13,14 @@ from conftest import LONGER
 from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
-from meshes import EVENTS, Array, masks, meshes, sheet, turned
+from meshes import Array, meshes, sheet, turned
 from reference import directed_edges, edges_to
 from streams import COPIES
 
 import dynmesh
 
 Call = Callable[[Any, float], Array | None]
-"""A call of a completer or tracker whose lengths are multiplied by a number."""
+"""A call of a tracker whose lengths are multiplied by a number."""
 
 
 UNITS = {np.float32: (-60, 20), np.float64: (-60, 40)}
@@ -50,12 +51,10 @@ def times(points: Array, scale: float) -> Array:
     return scaled
 
 
-class AnyCalls(RuleBasedStateMachine):
-    """What holds for completers and trackers alike."""
+class TrackerCalls(RuleBasedStateMachine):
+    """Sequences of calls of a tracker."""
 
-    def make(self, scale: float) -> dynmesh.Completer | dynmesh.Tracker:
-        raise NotImplementedError
-
+    @initialize(data=st.data())
     def begin(self, data: st.DataObject) -> None:
         """Draws a mesh somewhere, and its subject."""
         self.faces, first = data.draw(st.one_of(meshes(), meshes(200), st.builds(sheet, SIZES)))
@@ -66,17 +65,15 @@ class AnyCalls(RuleBasedStateMachine):
         self.unit = data.draw(units)
         moved = turned(first, data.draw(ANGLES)) + data.draw(SHIFTS)
         self.first = (self.unit * moved).astype(self.dtype)
-        self.draw_settings(data)
-        self.subject: Any = self.make(1)
+        self.uncertainty = data.draw(st.booleans())
+        self.resolution = data.draw(st.sampled_from(["best", 20]))
+        kind = data.draw(st.sampled_from([None, "bends", "turns", "rests"]))
+        self.training = None if kind is None else self.moving(kind, 6)
+        self.subject = self.make(1)
         self.age = np.zeros(self.k, np.int32)
         self.accepted: list[Accepted] = []
         self.saved: list[tuple[bytes, Array, int]] = []
         self.twin_scale = data.draw(units) / self.unit
-
-    def draw_settings(self, data: st.DataObject) -> None:
-        self.uncertainty = data.draw(st.booleans())
-        kind = data.draw(st.sampled_from([None, "bends", "turns", "rests"]))
-        self.training = None if kind is None else self.moving(kind, 6)
 
     def moving(self, kind: str, n: int) -> Array:
         """Frames that bend, only turn, or only repeat frame 0."""
@@ -87,10 +84,11 @@ class AnyCalls(RuleBasedStateMachine):
             frames = [f + 0.1 * i * self.unit * np.sin(f / self.unit) for i, f in enumerate(frames)]
         return np.stack(frames).astype(self.dtype)
 
-    def given(self, scale: float) -> tuple[Array, Array | None]:
-        """Frame 0 and the training frames in another unit."""
-        first = times(self.first, scale)
-        return first, None if self.training is None else times(self.training, scale)
+    def make(self, scale: float) -> Any:
+        options: Any = {"uncertainty": self.uncertainty, "resolution": self.resolution}
+        if self.training is not None:
+            options["training"] = times(self.training, scale)
+        return dynmesh.Tracker(self.faces, times(self.first, scale), **options)
 
     def check_history(self, observed: Array) -> None:
         """Checks what is known of the vertices after a frame in which some were observed."""
@@ -194,118 +192,6 @@ class AnyCalls(RuleBasedStateMachine):
             self.subject.generation[:] = -5
             np.testing.assert_array_equal(self.subject.age, self.age)
 
-
-class CompleterCalls(AnyCalls):
-    """Sequences of calls of a completer."""
-
-    @initialize(data=st.data())
-    def begin(self, data: st.DataObject) -> None:
-        super().begin(data)
-
-    def draw_settings(self, data: st.DataObject) -> None:
-        self.settings: dict[str, Any] = {
-            "disconnected": data.draw(st.sampled_from(["follow", "hold"]))
-        }
-        self.uncertainty, self.training, self.noise = False, None, None
-        if data.draw(st.booleans()):
-            super().draw_settings(data)
-            self.noise = data.draw(st.sampled_from([None, 0.01 * self.unit]))
-            self.settings |= {"method": "detail", "uncertainty": self.uncertainty}
-            self.settings["reject_outliers"] = data.draw(st.booleans())
-            self.settings["learn"] = self.training is None and data.draw(st.booleans())
-        else:
-            extra = data.draw(st.sampled_from([0, 3]))
-            self.settings |= {"method": "motion", "extra_iterations": extra}
-            self.settings["revisit"] = data.draw(st.booleans())
-
-    def make(self, scale: float) -> dynmesh.Completer:
-        noise = None if self.noise is None else self.noise * scale
-        first, training = self.given(scale)
-        return dynmesh.Completer(self.faces, first, noise=noise, training=training, **self.settings)
-
-    def points(self, data: st.DataObject) -> Array:
-        rng = np.random.default_rng(data.draw(st.integers(0, 2**32 - 1)))
-        kind = data.draw(st.sampled_from(["rests", "turns", "bends"]))
-        noise = data.draw(st.sampled_from([0.0, 0.1])) * self.unit
-        points = self.moving(kind, 4)[data.draw(st.integers(0, 3))].astype(np.float64)
-        if not self.tame:
-            event = data.draw(st.sampled_from([None, None, *EVENTS]))
-            noise *= data.draw(st.sampled_from([1.0, 30.0, 1e9]))
-            if event is not None:
-                points = points @ EVENTS[event].T
-            elif data.draw(st.booleans()):
-                points = points[rng.integers(0, self.k, self.k)]
-        points = points + noise * rng.normal(size=(self.k, 3))
-        # No coordinate is so small that its square would be lost in single precision.
-        points = np.round(points / self.unit, 6) * self.unit
-        return np.asarray(points, data.draw(st.sampled_from([self.dtype, np.float32, np.float64])))
-
-    def frame(self, known: Array, points: Array, call: Call) -> None:
-        """Makes a valid call, in which `points` are observed where `known`."""
-        result = self.accept(call)
-        if self.settings.get("reject_outliers"):
-            anchors = self.subject.generation == 0
-            assert not (anchors & ~known).any()
-            known = anchors
-        if self.noise is None:
-            assert result[known].tobytes() == points.astype(self.dtype)[known].tobytes()
-        self.check_history(known)
-
-    @rule(data=st.data())
-    def push(self, data: st.DataObject) -> None:
-        points, known = self.points(data), data.draw(masks(self.k))
-        points[~known] = data.draw(st.sampled_from([np.nan, np.inf, 1e30, 0.0]))
-        self.frame(known, points, lambda c, scale: c.push(times(points, scale), known))
-
-    @rule(data=st.data())
-    def push_rows(self, data: st.DataObject) -> None:
-        points, known = self.points(data), data.draw(masks(self.k))
-        points[~known, data.draw(st.integers(0, 2))] = np.nan
-        self.frame(known, points, lambda c, scale: c.push(times(points, scale)))
-
-    @rule(data=st.data())
-    def push_sparse(self, data: st.DataObject) -> None:
-        points, known = self.points(data), data.draw(masks(self.k))
-        rng = np.random.default_rng(data.draw(st.integers(0, 99)))
-        indices = rng.permutation(np.flatnonzero(known))
-
-        def push(c: Any, scale: float) -> Array:  # the twins with a mask
-            if c is self.subject:
-                return np.asarray(c.push_sparse(indices, times(points[indices], scale)))
-            return np.asarray(c.push(times(points, scale), known))
-
-        self.frame(known, points, push)
-
-    @rule()
-    def skip(self) -> None:
-        nothing = np.zeros(self.k, bool)
-        self.frame(nothing, np.zeros((self.k, 3)), lambda c, _: c.skip())
-
-    @rule(data=st.data())
-    def reset(self, data: st.DataObject) -> None:
-        points = self.points(data)
-        edges = points[self.faces] - points[np.roll(self.faces, 1, axis=1)]
-        if edges.any():  # without, there is no length that results could scale with
-            self.accept_reset(points)
-
-
-class TrackerCalls(AnyCalls):
-    """Sequences of calls of a tracker."""
-
-    @initialize(data=st.data())
-    def begin(self, data: st.DataObject) -> None:
-        super().begin(data)
-
-    def draw_settings(self, data: st.DataObject) -> None:
-        super().draw_settings(data)
-        self.resolution = data.draw(st.sampled_from(["best", 20]))
-
-    def make(self, scale: float) -> dynmesh.Tracker:
-        first, training = self.given(scale)
-        options: Any = {"training": training, "uncertainty": self.uncertainty}
-        options["resolution"] = self.resolution
-        return dynmesh.Tracker(self.faces, first, **options)
-
     def scan(self, data: st.DataObject) -> tuple[Array, Array]:
         """Points of the moved surface, or of anything, and directions."""
         rng = np.random.default_rng(data.draw(st.integers(0, 2**32 - 1)))
@@ -388,6 +274,5 @@ class TrackerCalls(AnyCalls):
         self.accept_reset(self.moving("bends", 3)[n])
 
 
-TestCompleter, TestTracker = CompleterCalls.TestCase, TrackerCalls.TestCase
-TestCompleter.settings = settings(max_examples=60 * LONGER, stateful_step_count=30)
+TestTracker = TrackerCalls.TestCase
 TestTracker.settings = settings(max_examples=30 * LONGER, stateful_step_count=15)
