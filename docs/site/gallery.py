@@ -19,8 +19,9 @@ with contextlib.suppress(ImportError):  # not built
 
 PAGE = """# Gallery
 
-Built-in subjects as one camera sees them, and as dynmesh completes them; grey is right, dark red is
-wrong by {worst} of the size or more. Each picture opens a page that plays both beside the truth.
+Built-in subjects as one camera sees them, and as dynmesh completes them: grey where it is right,
+dark red where it is wrong by {worst} of the size or more. Each picture opens a page that plays both
+beside the truth.
 
 <div class="gallery" markdown>
 

@@ -52,4 +52,5 @@ def _mathml(match: re.Match[str]) -> str:
     source = html.unescape(match[2]).strip()
     if match[1] == "span":
         return str(convert(source.removeprefix(r"\(").removesuffix(r"\)")))
-    return str(convert(source.removeprefix(r"\[").removesuffix(r"\]"), display="block"))
+    formula = convert(source.removeprefix(r"\[").removesuffix(r"\]"), display="block")
+    return f'<div class="formula">{formula}</div>'

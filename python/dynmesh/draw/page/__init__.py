@@ -175,7 +175,9 @@ def page(
 
 def _caption(what: str, name: str) -> str:
     """Says what a pane shows; a name in memory says nothing else."""
-    return what if name in ("sequence", "input", "reference", what) else f"{what}: {name}"
+    if name in ("sequence", "input", "reference"):
+        return what
+    return name if name.startswith(what) else f"{what}: {name}"
 
 
 def scan_factor(scans: ScanReader, scan_unit: str | float | None, reader: Frames) -> float:

@@ -160,4 +160,4 @@ isDark.onchange = shade;
 shade();
 show(told.first);
 paint(told.colours.indexOf(colour));
-if (last && told.plays) start();
+if (last && (told.plays || location.hash === '#play')) start(); // embedded in another page, it may play at once
