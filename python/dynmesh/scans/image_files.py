@@ -2,14 +2,10 @@
 
 import os
 import re
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
 from itertools import chain
 from pathlib import Path
 from typing import Any, TypeAlias
-
-import numpy as np
-from numpy.typing import NDArray
 
 from .._checks import check_number, path_of
 from .._errors import InputError, within
@@ -17,7 +13,7 @@ from ..formats.format import Gaps
 from ..formats.names import FrameNames, Number, by_number, files_in, matching, numbers_in
 from ..formats.text import lines_in, words_in
 from .cameras import Rig, ScanCamera
-from .depth_files import MASK_SUFFIXES, SUFFIXES, read_mask
+from .depth_files import MASK_SUFFIXES, SUFFIXES
 
 _LIST = "depth.txt"
 
@@ -133,85 +129,57 @@ def confidence_of(image: Path) -> Path | None:
     return None
 
 
-Kept: TypeAlias = Callable[[tuple[int, int]], NDArray[np.bool_]]
-"""Returns (h, w) which pixels count of an image of (w, h)."""
+def folder_of_masks(subject: Any, least_confidence: Any, *, of_points: bool = False) -> Path | None:
+    """Checks what chooses pixels of depth images, which points do not have."""
+    if least_confidence is not None:
+        check_number("least_confidence", least_confidence)
+    folder = None if subject is None else path_of("subject", subject)
+    if folder is not None and not folder.is_dir():
+        raise InputError("must be a folder of masks", argument="subject", file=folder)
+    for name, value in {"subject": subject, "least_confidence": least_confidence}.items():
+        if of_points and value is not None:
+            raise InputError("chooses pixels of depth images; these are points", argument=name)
+    return folder
 
 
-@dataclass(frozen=True)
-class Wanted:
-    """What is wanted of depth images.
+Masks: TypeAlias = list[tuple[Path, float | None]]
+"""Files, with the least value of the pixels that count; None: all that are not 0."""
 
-    Attributes:
-        subject: a folder of masks that are not 0 where the subject is; None for all.
-        least_confidence: of a pixel; None for any.
+
+def masks_of(
+    path: Path,
+    rig: Rig,
+    images: Mapping[str, Mapping[Number, Path]],
+    subject: Path | None,
+    least_confidence: float | None,
+    gaps: Gaps,
+) -> tuple[dict[Path, Masks], set[Path]]:
+    """Finds the masks of each image, in the folder `subject` and beside it.
+
+    Also returns the images without a mask or confidences, which `gaps` "lost" leaves out.
     """
-
-    subject: Path | None = None
-    least_confidence: float | None = None
-
-    def __post_init__(self) -> None:
-        if self.least_confidence is not None:
-            check_number("least_confidence", self.least_confidence)
-        if self.subject is not None and not self.subject.is_dir():
-            raise InputError("must be a folder of masks", argument="subject", file=self.subject)
-
-    @classmethod
-    def of_reading(cls, reading: Mapping[str, Any]) -> "Wanted":
-        """Takes what is said of how scans are read."""
-        subject = reading.get("subject")
-        folder = None if subject is None else path_of("subject", subject)
-        return cls(folder, reading.get("least_confidence"))
-
-    def refuse_points(self) -> None:
-        """Refuses to choose among the pixels of point clouds."""
-        for name in ("subject", "least_confidence"):
-            if getattr(self, name) is not None:
-                raise InputError("chooses pixels of depth images; these are points", argument=name)
-
-    def of(
-        self, path: Path, rig: Rig, by_camera: Mapping[str, Mapping[Number, Path]], gaps: Gaps
-    ) -> tuple[dict[Path, Kept], set[Path]]:
-        """Finds what tells which pixels of each image count, if not all do.
-
-        Also returns the images without a mask or confidences, which `gaps` "lost" leaves out.
-        """
-        images = [file for files in by_camera.values() for file in files.values()]
-        wanted = list[tuple[str, Mapping[Path, Path], float | None]]()
-        if self.subject is not None:
-            masks = beside(images, self.subject, path if path.is_dir() else path.parent)
-            if len(masks) < len(images):
-                masks |= _by_number(images_by_camera(self.subject, rig), by_camera)
-            wanted.append((f"mask in {self.subject}", masks, None))
-        if self.least_confidence is not None:
-            beside_them = {file: found for file in images if (found := confidence_of(file))}
-            wanted.append(("image of confidences beside it", beside_them, self.least_confidence))
-        without = set[Path]()
-        for what, files, _ in wanted:
-            lacking = [file for file in images if file not in files]
-            if lacking and (gaps == "refuse" or len(lacking) == len(images)):
-                only = "; with `gaps` lost, the image is not needed" * (len(lacking) < len(images))
-                raise InputError(f"there is no {what} for {lacking[0].name}{only}")
-            without |= {*lacking}
-        whole = [file for file in images if file not in without] if wanted else []
-        kept = {
-            file: _all_of([(files[file], least) for _, files, least in wanted]) for file in whole
-        }
-        return kept, without
-
-
-def _by_number(
-    masks: Mapping[str, Mapping[Number, Path]], images: Mapping[str, Mapping[Number, Path]]
-) -> dict[Path, Path]:
-    """Pairs masks with the images of the same camera and number."""
-    return {
-        file: masks[camera][number]
-        for camera, files in images.items()
-        for number, file in files.items()
-        if number in masks.get(camera, {})
-    }
-
-
-def _all_of(files: list[tuple[Path, float | None]]) -> Kept:
-    return lambda size: np.logical_and.reduce(
-        [read_mask(file, size, least) for file, least in files]
-    )
+    every = [file for files in images.values() for file in files.values()]
+    wanted = list[tuple[str, Mapping[Path, Path], float | None]]()
+    if subject is not None:
+        masks = beside(every, subject, path if path.is_dir() else path.parent)
+        if len(masks) < len(every):
+            numbered = images_by_camera(subject, rig)
+            masks |= {
+                file: numbered[camera][number]
+                for camera, files in images.items()
+                for number, file in files.items()
+                if number in numbered.get(camera, {})
+            }
+        wanted.append((f"mask in {subject}", masks, None))
+    if least_confidence is not None:
+        beside_them = {file: found for file in every if (found := confidence_of(file))}
+        wanted.append(("image of confidences beside it", beside_them, least_confidence))
+    without = set[Path]()
+    for what, masked, _ in wanted:
+        lacking = [file for file in every if file not in masked]
+        if lacking and (gaps == "refuse" or len(lacking) == len(every)):
+            only = "; with `gaps` lost, the image is not needed" * (len(lacking) < len(every))
+            raise InputError(f"there is no {what} for {lacking[0].name}{only}")
+        without |= {*lacking}
+    whole = [file for file in every if file not in without] if wanted else []
+    return {file: [(files[file], least) for _, files, least in wanted] for file in whole}, without

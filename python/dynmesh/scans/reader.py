@@ -33,11 +33,12 @@ from .depth_files import (
     along_axis,
     first_of,
     read_depth,
+    read_mask,
     require_pillow,
     undistortion,
     without_mirrors,
 )
-from .image_files import Wanted, image_names, images_by_camera, images_in
+from .image_files import folder_of_masks, image_names, images_by_camera, images_in, masks_of
 from .point_files import PointFile, point_formats, read_points
 from .trajectories import Direction
 
@@ -167,7 +168,9 @@ class DepthReader(ScanReader):
     of images, that is an error.
     """
 
-    def __init__(self, path: Path, rig: Rig, gaps: Gaps, wanted: Wanted) -> None:
+    def __init__(
+        self, path: Path, rig: Rig, gaps: Gaps, subject: Path | None, least: float | None
+    ) -> None:
         self._undistort = dict[str, Any]()
         for camera in rig.cameras:
             if camera.intrinsics is None:
@@ -210,7 +213,7 @@ class DepthReader(ScanReader):
                         lost.append(f"no pose of camera {camera.name!r} for frame {n}")
                 self._images.append(seen)
         files = [file for images in self._images for _, file in images]
-        self._kept, unmasked = wanted.of(path, rig, by_camera, gaps)
+        self._masks, unmasked = masks_of(path, rig, by_camera, subject, least, gaps)
         if unmasked:
             lost += [f"{file.name} has no mask" for file in files if file in unmasked]
             self._images = [
@@ -261,8 +264,9 @@ class DepthReader(ScanReader):
     def _read(self, camera: ScanCamera, file: Path) -> NDArray[np.float32] | None:
         """Reads an image; None if it is damaged."""
         kept = None
-        if file in self._kept and camera.size is not None:
-            kept = self._kept[file](camera.size)
+        if file in self._masks and (size := camera.size) is not None:
+            each = [read_mask(mask, size, least) for mask, least in self._masks[file]]
+            kept = np.logical_and.reduce(each)
         try:
             depth = read_depth(file, camera, kept)
         except (DynmeshError, OSError) as error:
@@ -314,7 +318,7 @@ def open_scans(
     """
     path = path_of("path", path)
     rig = read_rig(path, cameras, poses)
-    wanted = Wanted.of_reading({"subject": subject, "least_confidence": least_confidence})
+    masks = folder_of_masks(subject, least_confidence)
     with naming(path):
         suffix = _suffix_in(path, rig)
         if suffix in SUFFIXES:
@@ -323,9 +327,9 @@ def open_scans(
                     f"depth images need cameras: {CAMERAS} beside them, or another file",
                     argument="cameras",
                 )
-            reader: ScanReader = DepthReader(path, rig, gaps, wanted)
+            reader: ScanReader = DepthReader(path, rig, gaps, masks, least_confidence)
         else:
-            wanted.refuse_points()
+            folder_of_masks(subject, least_confidence, of_points=True)
             found = find_files(path, suffix, gaps)
             reader = PointReader(path, rig, found.files, found.numbers, gaps)
         reader.choose(frames)

@@ -18,7 +18,7 @@ from ..registration import Landmarks
 from ..scans import PointScan, ScanReader, open_scans, read_points, unit_of_scans
 from ..scans.cameras import json_in
 from ..scans.depth_files import SUFFIXES
-from ..scans.image_files import Wanted
+from ..scans.image_files import folder_of_masks
 from ..scans.point_files import PointFile, point_formats
 from ..scans.reader import PointReader, ScanSource, read_rig
 from ..topology import vertex_normals
@@ -109,7 +109,8 @@ def open_single(
         message = "is a folder; name one scan, or each in a row of a table of jobs"
         raise InputError(message, file=path)
     if not is_images:
-        Wanted.of_reading(reading).refuse_points()
+        pixels = reading.get("subject"), reading.get("least_confidence")
+        folder_of_masks(*pixels, of_points=True)
         rig = read_rig(path, reading.get("cameras"), reading.get("poses"))
         meshes = {suffix for format in formats.FORMATS.values() for suffix in format.suffixes}
         meshes -= point_formats.keys()
