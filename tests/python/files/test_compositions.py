@@ -175,22 +175,6 @@ def test_a_writer_that_fails_leaves_nothing_and_the_run_is_used(
     assert sorted(path.name for path in tmp_path.iterdir()) == ["in.npz", "out.npz"]
 
 
-def test_runs_find_their_files_through_links_and_from_other_folders(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    (tmp_path / "real").mkdir()
-    (tmp_path / "link").symlink_to(tmp_path / "real")
-    dynmesh.write(tmp_path / "real" / "in.npz", PARTIAL)
-    monkeypatch.chdir(tmp_path / "link")
-    run = dynmesh.complete(dynmesh.degrade("in.npz", known=0.9), start=0)
-    (tmp_path / "elsewhere").mkdir()
-    monkeypatch.chdir(tmp_path / "elsewhere")
-    with pytest.raises(ValueError, match="is the input"):
-        run.write(tmp_path / "link" / "in.npz")
-    assert len(run.read()) == len(PARTIAL)
-    assert [*Path().iterdir()] == []
-
-
 @pytest.mark.filterwarnings("ignore::dynmesh.DoubtfulWarning")
 def test_an_origin_goes_on_until_more_than_positions_change(tmp_path: Path) -> None:
     pytest.importorskip("pxr")

@@ -85,15 +85,6 @@ def test_errors_by_frame_of_missing_vertices_alone() -> None:
         dynmesh.evaluate(bare, TRUTH, only="missing")
 
 
-def test_one_frame_can_be_measured() -> None:
-    found = dynmesh.evaluate(COMPLETED[2:3], TRUTH[2:3])
-    assert (found.frames, [each.frame for each in found.each]) == (1, [2])
-    whole = dynmesh.read(
-        dynmesh.complete(replace(TRUTH, known=KNOWN | (np.arange(N) != 4)[:, None]))
-    )
-    assert dynmesh.evaluate(whole, TRUTH, only="missing").frames == 1
-
-
 SHOT = sea(6, start=10)
 
 
@@ -190,17 +181,3 @@ def test_damaged_vertices_are_listed_in_lines_of_text(tmp_path: Path) -> None:
     run(*words, "--template", tmp_path / "whole.obj")
     made = dynmesh.read(tmp_path / "out.npz").vertices
     assert np.abs(made - SHOT.vertices).max() < 0.2
-
-
-@pytest.mark.parametrize("hidden", ["patch", "single vertices", "in one frame"])
-def test_what_was_never_seen_is_named_if_it_is_in_patches(hidden: str) -> None:
-    known = np.ones((6, 100), np.bool_)
-    rows, columns = np.divmod(np.arange(100), 10)
-    if hidden == "single vertices":
-        known[1:, (rows % 3 == 1) & (columns % 3 == 1)] = False
-    else:
-        known[1 : 2 if hidden == "in one frame" else 6, (rows < 4) & (columns < 4)] = False
-    completed = dynmesh.complete(replace(SHOT, known=known))
-    list(completed)
-    unseen = [remark for remark in completed.report.remarks if "16 vertices, 16 %" in remark]
-    assert len(unseen) == (hidden == "patch")

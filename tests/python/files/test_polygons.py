@@ -48,25 +48,6 @@ def sequence_of(faces: Any) -> dynmesh.Sequence:
     return dynmesh.Sequence(FRAMES, faces, MASKS)
 
 
-def findings_of(faces: Any) -> str:
-    diagnosis = dynmesh.info(sequence_of(faces)).diagnosis
-    assert diagnosis is not None
-    return str(diagnosis.findings)
-
-
-VERBS: dict[str, Any] = {
-    "complete": lambda faces: dynmesh.read(dynmesh.complete(sequence_of(faces))).vertices,
-    "evaluate": lambda faces: (
-        dynmesh.evaluate(
-            dynmesh.Sequence(FRAMES, faces), dynmesh.Sequence(1.1 * FRAMES, faces)
-        ).nmsve
-    ),
-    "info": findings_of,
-    "view": lambda faces: dynmesh.view(sequence_of(faces), max_frames=2).shown.triangles,
-    "picture": lambda faces: np.asarray(dynmesh.picture(sequence_of(faces), count=1, size=32)),
-}
-
-
 def plain(found: Any) -> Any:
     """What a call returned, as arrays, lists and dicts."""
     if isinstance(found, list | tuple):
@@ -120,13 +101,6 @@ def test_formats_write_arrays_of_any_layout(format: str, tmp_path: Path) -> None
             back = dynmesh.read(path)
             for name, expected in given.items():
                 np.testing.assert_array_equal(getattr(back, name), expected)
-
-
-@pytest.mark.parametrize("name", VERBS)
-def test_every_verb_takes_sequences_of_polygons(name: str) -> None:
-    pytest.importorskip("pyvista")
-    for faces in FACES.values():
-        np.testing.assert_equal(VERBS[name](faces), VERBS[name](MESH.faces))
 
 
 def test_lists_of_whole_numbers_are_positions_but_arrays_of_them_are_not() -> None:
