@@ -213,7 +213,9 @@ class Header(Description):
         object.__setattr__(self, "dtype", np.dtype(self.dtype).newbyteorder("="))
         check_vertices(self.dtype, (self.n_frames, self.n_vertices, 3))
         check_faces(self.faces.dtype, self.faces.shape)
-        check_corners(self.faces, self.n_vertices)
+        check_exist(
+            self.faces.reshape(-1), np.repeat(np.arange(len(self.faces)), 3), self.n_vertices
+        )
         if others := {*self.attributes} - ATTRIBUTES.keys():
             message = f"must be among {', '.join(ATTRIBUTES)}, not {min(others)!r}"
             raise InputError(message, argument="attributes")
@@ -275,11 +277,6 @@ def check_faces(dtype: np.dtype[Any], shape: tuple[int, ...]) -> None:
         raise KindError(f"must be integers, not {dtype}", argument="faces")
     if len(shape) != 2 or shape[1] != 3:
         raise InputError(f"must have shape (m, 3), not {shape}", argument="faces")
-
-
-def check_corners(faces: NDArray[np.integer[Any]], n_vertices: int) -> None:
-    """Raises an error if a face refers to a vertex that does not exist."""
-    check_exist(faces.reshape(-1), np.repeat(np.arange(len(faces)), 3), n_vertices)
 
 
 @dataclass(frozen=True)

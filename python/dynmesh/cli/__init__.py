@@ -3,7 +3,7 @@
 import inspect
 import json
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from functools import cache
 from importlib import import_module
 from pathlib import Path
@@ -55,16 +55,11 @@ app = App(
 )
 
 
-def _loaded(name: str) -> Callable[..., Any]:
-    module, _, function = name.partition(":")
-    result: Callable[..., Any] = getattr(import_module(f"dynmesh.{module}"), function)
-    return result
-
-
 @cache
 def command_of(verb: str) -> Command:
     """The command of a verb."""
-    return Command(_loaded(VERBS[verb]))
+    module, _, function = VERBS[verb].partition(":")
+    return Command(getattr(import_module(f"dynmesh.{module}"), function))
 
 
 def _description(verb: str) -> str:

@@ -35,8 +35,8 @@ def guarded(format: Format) -> Format:
     return replace(
         format,
         read=partial(_read, format, reads),
-        write=_writing(format, format.write, writes),
-        overlay=_writing(format, format.overlay, writes),
+        write=_writing(format.write, writes),
+        overlay=_writing(format.overlay, writes),
         meshes=meshes and of_library(reads)(lambda path: dict(meshes(path))),
         existing=existing and of_library(writes)(lambda *given: [*map(Path, existing(*given))]),
     )
@@ -56,40 +56,26 @@ def _read(format: Format, tried: str, path: Path, **given: Any) -> Stored:
 
 def _each(of_file: Any, header: Header, tried: str, numbers: Indices) -> Iterator[Frame]:
     """Yields frames of a file, each of which is as their header says."""
-    n_read = 0
     with of_library(tried):
-        for frame in of_file(numbers):
-            if not isinstance(frame, Frame):
+        frames = iter(of_file(numbers))
+        for number in numbers:
+            if not isinstance(frame := next(frames, None), Frame):
                 raise InputError(f"{tried}: it yields {type(frame).__name__}, not a Frame")
-            if n_read == len(numbers):
-                n_read += 1
-                break
-            with locating(frame=header.number(numbers[n_read])):
+            with locating(frame=header.number(number)):
                 check_frame(frame, header)
-            n_read += 1
             yield frame
-    if n_read != len(numbers):
-        raise InputError(f"{tried}: it yields {n_read} frames instead of {len(numbers)}")
 
 
-def _writing(format: Format, function: Write | None, tried: str) -> Write | None:
+def _writing(function: Write | None, tried: str) -> Write | None:
     if function is None:
         return None
 
+    @of_library(tried)
     def write(path: Path, header: Header, frames: Frames) -> Iterable[str] | None:
-        with of_library(tried):
-            remarks = function(path, header, frames)
-            are_lines = isinstance(remarks, list | tuple) and all(
-                isinstance(line, str) for line in remarks
-            )
-        if remarks is not None and not are_lines:
+        remarks = function(path, header, frames)
+        if not isinstance(remarks, list | tuple | None):
             raise InputError(f"{tried}: it returns {type(remarks).__name__}, not remarks or None")
-        names = FrameNames.of(path)
-        is_own = names.number if format.is_per_frame else {path.name: 0}.get
-        made = [one for one in path.parent.iterdir() if is_own(one.name) is not None]
-        if sum(one.is_dir() or one.stat().st_size > 0 for one in made) < (
-            header.n_frames if format.is_per_frame else 1
-        ):
+        if not any(one.is_dir() or one.stat().st_size for one in path.parent.iterdir()):
             raise InputError(f"{tried}: it has written no file, or an empty one")
         return remarks
 

@@ -178,11 +178,6 @@ def placements(mesh: Any, times: Iterable[float]) -> Iterator[NDArray[np.float64
         yield np.array(cache.GetLocalToWorldTransform(mesh.GetPrim()))
 
 
-def to_scene(mesh: Any, times: list[float]) -> Iterator[NDArray[np.float64]]:
-    """Yields what takes directions in the mesh to the scene, at these times if it changes."""
-    return (matrix[:3, :3] for matrix in placements(mesh, times if is_moving(mesh) else times[:1]))
-
-
 def hidden_times(mesh: Any, times: Sequence[float]) -> frozenset[float]:
     """Returns those of these times at which the mesh is invisible; none if it always is."""
     geometry, stage = pxr("UsdGeom"), mesh.GetPrim().GetStage()
@@ -413,8 +408,9 @@ class UsdFrames(FileFrames):
         if first is None:
             raise InputError("the mesh has no points")
         faces, polygons = split_polygons(faces_of(self.mesh))
-        placed = to_scene(self.mesh, self.time_codes)
-        up_axis, metres_per_unit, unknown = of_points(*axis_and_unit(stage), placed)
+        times = self.time_codes if is_moving(self.mesh) else self.time_codes[:1]
+        to_scene = (matrix[:3, :3] for matrix in placements(self.mesh, times))
+        up_axis, metres_per_unit, unknown = of_points(*axis_and_unit(stage), to_scene)
         name, k = str(self.mesh.GetPath()), len(first)
         bars = self._primvars.get("standard_error")
         errors = None if bars is None else bars.GetCustomDataByKey(errors_of_key)

@@ -198,7 +198,8 @@ def write(
         with _Prepared(frames, header, chosen, output, provenance) as prepared:
             remarks = save(folder / place.made.name, header, prepared)
             if remarks is None:
-                remarks = not_written(frames, _texture(chosen, frames))
+                is_held = "texture" in chosen.keeps and frames.texture is not None
+                remarks = not_written(frames, [TEXTURE] if is_held else [])
             for _ in () if prepared.each and save is chosen.overlay else prepared:
                 raise InputError(f"format {chosen.name} has not written all of the frames")
         place.refuse_existing()
@@ -232,11 +233,6 @@ def _is_layer(chosen: Format, output: Path, frames: Frames) -> bool:
             raise InputError(message, file=output)
         return False
     return origin.is_below and chosen.overlay is not None
-
-
-def _texture(chosen: Format, frames: Frames) -> list[str]:
-    """What of the mesh file is held by texture coordinates alone."""
-    return [TEXTURE] if "texture" in chosen.keeps and frames.texture is not None else []
 
 
 def _held(

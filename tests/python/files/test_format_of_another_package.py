@@ -100,7 +100,7 @@ class Reader(dynmesh.frames.FileFrames):
         (lambda: SEA, "TypeError"),
         (lambda _: dynmesh.convert(dynmesh.frames.Kept(SEA)), "it returns Run, not"),
         (lambda path: Reader(path, lambda: NOTHING["points"]), "KeyError: 'points'"),
-        (lambda path: Reader(path, lambda: SEA[2:3]), "frames instead of "),
+        (lambda path: Reader(path, lambda: SEA[2:3]), "it yields NoneType, not a Frame"),
         (lambda path: Reader(path, lambda: sea(2, grid=4)), "of shape"),
     ],
 )
