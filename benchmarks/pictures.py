@@ -100,7 +100,8 @@ def sheet(
             bar = figure.colorbar(
                 scale, ax=axes, extend="both", shrink=0.6 if len(rows) > 1 else 0.85, pad=0.01
             )
-            bar.set_label(f"error / {unit}")
+            bar.set_label(f"error / {unit}", fontsize=font)
+            bar.ax.tick_params(labelsize=font)
         if len(frames) == 1:
             save(figure, path, is_chart=False)
             return

@@ -140,18 +140,18 @@ def track(subject: Subject, folder: Path) -> None:
     dots = np.ones(len(ahead), np.bool_)
     points = figures.render(subject.faces[:0], ahead, view, np.zeros(len(ahead)), (_DOTS,), dots)
     panels = [
-        Panel([points], "scan", f"{len(scan.points)} points, {_CAMERAS} cameras"),
+        Panel([points], "scan", f"{len(scan.points)} points,\n{_CAMERAS} cameras"),
         Panel([surface(subject, truth, view)], "true"),
     ]
     edge = mean_edge_of(subject.vertices[0], subject.faces)
     register = tracking.methods(subject)
-    named = {"dynmesh": "dynmesh", "nricp_amberg (trimesh)": "non-rigid ICP (trimesh)"}
+    named = {"dynmesh": "dynmesh", "nricp_amberg (trimesh)": "non-rigid ICP"}
     for label, title in named.items():
         frame, errors = subject.vertices[0], []
         for n, later in progress(enumerate(scans[1:], 1), title):
             frame = register[label](frame, later)
             errors.append(np.linalg.norm(frame - subject.vertices[n], axis=1) / edge)
-        caption = f"off by {np.mean(errors):.2g} edges"
+        caption = f"off by\n{np.mean(errors):.2g} edges"
         image = surface(subject, frame, view, errors[-1] / 100, EDGES)
         panels.append(Panel([image], title, caption))
-    sheet([panels], folder / "track" / "hand.webp", EDGES, unit="mean edges")
+    sheet([panels], folder / "track" / "hand.webp", EDGES, unit="mean edges", font=20)
