@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import to_file
 from commands import dynmesh_command as run
-from sequences import sea
+from sequences import contents, sea
 
 import dynmesh
 from dynmesh.scans import PointScan, read_points, write_ply
@@ -93,11 +93,6 @@ def clouds(folder: Path, numbers: range, suffix: str = "xyz", size: float = 1) -
         else:
             np.savetxt(folder / f"a_{number}.{suffix}", points)
     return folder
-
-
-def contents(folder: Path) -> dict[str, bytes]:
-    found = (file for file in folder.rglob("*") if file.is_file())
-    return {str(file.relative_to(folder)): file.read_bytes() for file in found}
 
 
 def test_an_older_result_is_replaced_as_a_whole(tmp_path: Path) -> None:

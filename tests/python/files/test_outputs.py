@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from commands import dynmesh_command as run
-from sequences import sea
+from sequences import left_in, sea
 
 import dynmesh
 
@@ -45,23 +45,12 @@ def written(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: Any) ->
     return words.split(), Path(file)
 
 
-def state(folder: Path = Path()) -> dict[str, object]:
-    """What files hold, where links lead, and what else there is."""
-
-    def of(path: Path) -> object:
-        if path.is_symlink():
-            return path.readlink()
-        return path.read_bytes() if path.is_file() else path.stat().st_mode
-
-    return {str(path): of(path) for path in folder.rglob("*")}
-
-
 def refused(words: list[str]) -> str:
     """Runs a command that is refused with and without `--overwrite`, and changes nothing."""
-    before = state()
+    before = left_in(Path())
     run(*words, code=1)
     said = run(*words, "--overwrite", code=1).stderr
-    assert state() == before
+    assert left_in(Path()) == before
     return said
 
 
@@ -156,7 +145,7 @@ def test_a_move_that_fails_leaves_all_and_one_that_is_interrupted_frames_of_one_
     for most in range(1, 100):
         moves = 0
         dynmesh.write(output, old)
-        before = state(output.parent)
+        before = left_in(output.parent)
         with monkeypatch.context() as patched:
             for action in ("replace", "unlink"):
                 patched.setattr(Path, action, fail_at(most, getattr(Path, action)))
@@ -166,7 +155,7 @@ def test_a_move_that_fails_leaves_all_and_one_that_is_interrupted_frames_of_one_
             except error:
                 pass
         if error is PermissionError:
-            assert state(output.parent) == before
+            assert left_in(output.parent) == before
         elif any(output.parent.glob(name.replace("%d", "*"))):
             left = dynmesh.read(output)
             whole = new if left.standard_error is None else old

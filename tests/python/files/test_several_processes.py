@@ -13,19 +13,13 @@ import pytest
 from commands import dynmesh_command, run_here
 from conftest import REPOSITORY
 from kills import COMMANDS, command, make_sources
-from sequences import sea
+from sequences import contents, sea
 
 import dynmesh
 from dynmesh.completion import passes
 from dynmesh.draw import page, picture
 from dynmesh.formats.output import making
 from dynmesh.verbs import convert, degrade
-
-
-def contents(folder: Path) -> dict[str, bytes]:
-    """All files in a folder, the hidden ones included."""
-    found = (file for file in folder.rglob("*") if file.is_file())
-    return {str(file.relative_to(folder)): file.read_bytes() for file in found}
 
 
 @pytest.fixture(scope="module")

@@ -86,3 +86,20 @@ def sequence_of(mesh: Mesh, n: int = 3, dtype: Any = np.float32) -> dynmesh.Sequ
 def names(folder: Path) -> list[str]:
     """Of all files in a folder."""
     return sorted(path.name for path in folder.iterdir())
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    """All files in a folder, the hidden ones included."""
+    found = (file for file in folder.rglob("*") if file.is_file())
+    return {str(file.relative_to(folder)): file.read_bytes() for file in found}
+
+
+def left_in(folder: Path) -> dict[str, object]:
+    """All that is in a folder: what files hold, where links lead, and what else there is."""
+
+    def of(path: Path) -> object:
+        if path.is_symlink():
+            return path.readlink()
+        return path.read_bytes() if path.is_file() else path.stat().st_mode
+
+    return {str(path.relative_to(folder)): of(path) for path in folder.rglob("*")}

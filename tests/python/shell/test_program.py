@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 import to_file
 from numpy.typing import NDArray
+from sequences import left_in
 
 import dynmesh
 from dynmesh.completer import Settings
@@ -94,17 +95,6 @@ def test_a_result_that_is_probably_wrong_is_written_and_told(
     assert said in last
     assert json.loads(reports[0])["quality"] == quality
     assert (tmp_path / "a.raw").stat().st_size == wrong.nbytes
-
-
-def left_in(folder: Path) -> dict[str, bytes | None]:
-    """All that is in a folder: what files hold and where links lead."""
-    paths = {str(path.relative_to(folder)): path for path in folder.rglob("*")}
-    return {
-        name: path.readlink().as_posix().encode()
-        if path.is_symlink()
-        else (path.read_bytes() if path.is_file() else None)
-        for name, path in paths.items()
-    }
 
 
 @pytest.mark.parametrize("name", ["a.raw", "../{}/a.raw", "linked.raw", "nowhere.raw", "hard.raw"])
