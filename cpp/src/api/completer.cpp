@@ -35,7 +35,7 @@ struct Completion {
   using Report = FrameReport;
 
   /// What a state is of. The last character is the version of the format.
-  static constexpr StateFormat format = {'d', 'y', 'n', 'm', 'e', 's', 'h', 'L'};
+  static constexpr StateFormat format = {'d', 'y', 'n', 'm', 'e', 's', 'h', 'M'};
   static constexpr const char* name = "completer";
 
   Completion(Stream& shared, const Settings& settings, std::vector<Vector3> frame)
@@ -102,6 +102,7 @@ struct Completion {
     }
     disconnected.remember(memory, next);
     next.completion.first_frame = memory.completion.first_frame;
+    next.completion.step = memory.completion.step;
     next.completion.n_ruined = 0;
     describe(next, report);
     quality.judge(memory, next, report);

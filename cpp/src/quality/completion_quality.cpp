@@ -104,48 +104,84 @@ CompletionQuality::CompletionQuality(const Topology& topology, Field first_frame
     edges_.push_back(edge);
     n_flat += usual > 0 ? 0 : 1;
   }
-  changes_.reserve(std::max(most_edges, most_compared * most_compared / 2));
+  for (auto* of_edges : {&ratios_, &changes_}) {
+    of_edges->reserve(std::max(most_edges, most_compared * most_compared / 2));
+  }
   anchors_.reserve(most_anchors);
   if (n > 0) flat_share_ = n_flat / static_cast<double>(n);
 }
 
 void CompletionQuality::judge(const Memory& memory, Memory& next, FrameReport& report) {
-  const Field previous = memory.last;
-  const Field completed = next.last;
-  const Generation generation = next.generations.of_vertices();
-  FirstFrameCheck& check = next.completion.first_frame;
-  if (check.n_judged < limits.judged_frames) {
-    const double change = change_at_anchors(generation, first_frame_, completed);
-    const bool has_edges = changes_.size() >= limits.fewest;
-    if (has_edges) {
-      const bool is_first = check.n_judged == 0;
-      if (!is_first) check.sum_of_steps += change_at_anchors(generation, previous, completed);
-      const double limit = is_first ? limits.clear_misfit : limits.misfit;
-      if (change > limit && change > limits.steps * check.sum_of_steps) {
-        check.result = FirstFrameCheck::is_other;
-      }
-    }
-    const bool has_anchors = !edges_.empty() && report.known >= limits.fewest_anchors;
-    if (has_anchors) choose_anchors(generation);
-    if (has_anchors && is_scattered(completed)) {
-      check.result = FirstFrameCheck::is_reordered;
-    } else if (has_anchors && is_mirrored(completed)) {
-      check.result = FirstFrameCheck::is_mirrored;
-    } else if (has_anchors && check.result == FirstFrameCheck::is_reordered) {
-      check.result = FirstFrameCheck::fits;  // the frame before had the other order
-    }
-    if (has_edges || has_anchors) ++check.n_judged;
-  }
+  const bool has_anchors = !edges_.empty() && report.known >= limits.fewest_anchors;
+  anchors_.clear();
+  if (has_anchors) choose_anchors(next.generations.of_vertices());
+  check_first_frame(memory, next, next.completion.first_frame);
+  check_step(memory, next, next.completion.step);
   describe(next, report);
   if (report.quality == Quality::ruined) leave_out(memory, next);
 }
 
+/// Whether frame 0 fits the next one, if this is one of the first.
+void CompletionQuality::check_first_frame(const Memory& memory, const Memory& next,
+                                          FirstFrameCheck& check) {
+  if (check.n_judged >= limits.judged_frames) return;
+  const Generation generation = next.generations.of_vertices();
+  const double change = change_at_anchors(generation, first_frame_, next.last);
+  const bool has_edges = ratios_.size() >= limits.fewest;
+  if (has_edges) {
+    const bool is_first = check.n_judged == 0;
+    if (!is_first) check.sum_of_steps += change_at_anchors(generation, memory.last, next.last);
+    const double limit = is_first ? limits.clear_misfit : limits.misfit;
+    if (change > limit && change > limits.steps * check.sum_of_steps) {
+      check.result = FirstFrameCheck::is_other;
+    }
+  }
+  const bool has_anchors = !anchors_.empty();
+  if (has_anchors && is_scattered(next.last)) {
+    check.result = FirstFrameCheck::is_reordered;
+  } else if (has_anchors && is_mirrored(first_frame_, next.last, limits.reflected)) {
+    check.result = FirstFrameCheck::is_mirrored;
+  } else if (has_anchors && check.result == FirstFrameCheck::is_reordered) {
+    check.result = FirstFrameCheck::fits;  // the frame before had the other order
+  }
+  if (has_edges || has_anchors) ++check.n_judged;
+}
+
+/// Whether the next frame follows from the last one, once it is known what is usual.
+void CompletionQuality::check_step(const Memory& memory, const Memory& next, StepCheck& check) {
+  check.result = StepCheck::follows;
+  if (next.completion.first_frame.n_judged < 2) return;  // frame 0 may be of another subject
+  const double change = change_between(memory, next);
+  if (ratios_.size() >= limits.fewest) {
+    const double scatter = scatter_of_ratios();
+    if (check.n_changes >= limits.usual_steps && change > limits.misfit &&
+        change > limits.steps * check.change && scatter > limits.scatter &&
+        scatter > limits.steps * check.scatter) {
+      check.result = StepCheck::is_other;
+      return;
+    }
+    check.n_changes = std::min(check.n_changes + 1, limits.recent_steps);
+    check.change += (change - check.change) / static_cast<double>(check.n_changes);
+    check.scatter += (scatter - check.scatter) / static_cast<double>(check.n_changes);
+  }
+  if (anchors_.empty()) return;
+  const auto [turned, reflected] = residuals_of(memory.last, next.last);
+  if (check.n_turns >= limits.usual_steps && reflected < limits.reflected_step * turned &&
+      turned > limits.steps * check.turned) {
+    check.result = StepCheck::is_mirrored;
+    return;
+  }
+  check.n_turns = std::min(check.n_turns + 1, limits.recent_steps);
+  check.turned += (turned - check.turned) / static_cast<double>(check.n_turns);
+}
+
 /// Lets the next memory keep what it was before a ruined frame, unless that agrees with the frame
 /// before, or with some ruined ones: after a cut, the frames are of something else, but of the
-/// same. Its standard errors are those of the frame.
+/// same. Its standard errors are those of the frame. What is usual stays, also if it did not.
 void CompletionQuality::leave_out(const Memory& memory, Memory& next) {
   const auto agrees_with = [&](Field before) {
-    return change_at_anchors(next.generations.of_vertices(), before, next.last) < limits.misfit;
+    return change_at_anchors(next.generations.of_vertices(), before, next.last) < limits.misfit &&
+           !is_mirrored(before, next.last, limits.reflected_step);
   };
   if (memory.completion.n_ruined == 0 && agrees_with(memory.last)) return;
   const bool agrees = memory.completion.n_ruined > 0 && agrees_with(memory.completion.ruined);
@@ -209,6 +245,20 @@ void CompletionQuality::describe(const Memory& memory, FrameReport& report) {
         report, Quality::doubtful,
         "what is known is at other distances from each other than where completion started, "
         "as if one of them had its vertices in another order");
+  }
+  const std::uint8_t step = memory.completion.step.result;
+  if (step == StepCheck::is_mirrored && !is_ruined) {
+    give_reason(report, Quality::ruined,
+                "what is known is mirrored since the frame before, as if one of them had the axes "
+                "of a left hand");
+    return;
+  }
+  if (step == StepCheck::is_other && !is_ruined) {
+    give_reason(report, Quality::ruined,
+                "most edges are over %d %% longer or shorter than in the frame before, and not all "
+                "by the same factor, as if this were of another subject",
+                in_percent(limits.misfit));
+    return;
   }
   if (!is_ruined && !is_misfit && !is_torn) return;
 
@@ -285,12 +335,12 @@ void CompletionQuality::choose_anchors(Generation generation) {
   });
 }
 
-/// Whether the anchors are a mirror image of themselves in frame 0, which the lengths of edges do
-/// not show: a reflection brings them much closer than any rotation does.
-bool CompletionQuality::is_mirrored(Field frame) const {
+/// Which shares of the squared distances of the anchors from their centre the best rotation from
+/// one frame to another leaves, and the best reflection. Lengths of edges do not tell them apart.
+CompletionQuality::Residuals CompletionQuality::residuals_of(Field from, Field to) const {
   const auto for_each_anchor = [&](const auto& visit) {
     for (const Index v : anchors_) {
-      visit(per_edge_ * to_eigen(first_frame_[v]), per_edge_ * to_eigen(frame[v]));
+      visit(per_edge_ * to_eigen(from[v]), per_edge_ * to_eigen(to[v]));
     }
   };
   const Moments found = moments_of(for_each_anchor);
@@ -299,45 +349,80 @@ bool CompletionQuality::is_mirrored(Field frame) const {
   for_each_anchor([&](const Eigen::Vector3d& before, const Eigen::Vector3d& now) {
     squares += (before - found.before).squaredNorm() + (now - found.now).squaredNorm();
   });
-  if (!moments.allFinite() || !(moments.determinant() < 0)) return false;
+  if (!moments.allFinite() || !(squares > 0) || !std::isfinite(squares)) return {};
   const Eigen::Vector3d spread = Eigen::JacobiSVD<Eigen::Matrix3d>(moments).singularValues();
-  const double turned = squares - 2 * (spread[0] + spread[1] - spread[2]);
-  const double reflected = turned - 4 * spread[2];
-  return spread[2] > limits.thickness * spread[0] && reflected < limits.reflected * turned;
+  const bool is_flat = !(spread[2] > limits.thickness * spread[0]);
+  const double sign = moments.determinant() < 0 ? -1 : 1;
+  const auto left = [&](double third) {
+    return std::max(0.0, squares - 2 * (spread[0] + spread[1] + third * spread[2])) / squares;
+  };
+  return {left(sign), is_flat ? 1 : left(-sign)};
 }
 
-/// By which share of its length the median edge at an anchor became longer or shorter.
-double CompletionQuality::change_at_anchors(Generation generation, Field from, Field to) {
-  changes_.clear();
+/// Whether the anchors are a mirror image of themselves in another frame: a reflection brings them
+/// much closer than any rotation does, and leaves less than a share of this.
+bool CompletionQuality::is_mirrored(Field from, Field to, double share) const {
+  const auto [turned, reflected] = residuals_of(from, to);
+  return reflected < share * turned;
+}
+
+/// By which share of its length the median edge of those that count became longer or shorter.
+template <class Counts>
+double CompletionQuality::change_of(Field from, Field to, const Counts& counts) {
+  ratios_.clear();
   visit_spread(edges_.size(), [&](std::size_t e) {
     const Edge& edge = edges_[e];
-    if (generation[edge.a] == 0 || generation[edge.b] == 0) {
-      const double was = length_of(edge, from) + limits.added;
-      const double is = length_of(edge, to) + limits.added;
-      changes_.push_back(std::max(was, is) / std::min(was, is) - 1);
+    if (counts(edge)) {
+      ratios_.push_back((length_of(edge, to) + limits.added) /
+                        (length_of(edge, from) + limits.added));
     }
-    return changes_.size() < most_edges;
+    return ratios_.size() < most_edges;
   });
+  return median_change_from(1);
+}
+
+/// The same of edges at an anchor.
+double CompletionQuality::change_at_anchors(Generation generation, Field from, Field to) {
+  return change_of(from, to, [&](const Edge& edge) {
+    return generation[edge.a] == 0 || generation[edge.b] == 0;
+  });
+}
+
+/// The same of edges of which both ends are known in two frames, so that nothing is a guess.
+double CompletionQuality::change_between(const Memory& memory, const Memory& next) {
+  const Generation before = memory.generations.of_vertices();
+  const Generation now = next.generations.of_vertices();
+  return change_of(memory.last, next.last, [&](const Edge& edge) {
+    return before[edge.a] == 0 && before[edge.b] == 0 && now[edge.a] == 0 && now[edge.b] == 0;
+  });
+}
+
+/// The median share by which ratios depart from one of them.
+double CompletionQuality::median_change_from(double ratio) {
+  changes_.clear();
+  for (const double r : ratios_) changes_.push_back(std::max(r / ratio, ratio / r) - 1);
   return changes_.empty() ? 0 : median(changes_);
 }
 
+/// How unlike each other the ratios are: another unit changes all lengths by the same one.
+double CompletionQuality::scatter_of_ratios() {
+  return ratios_.empty() ? 0 : median_change_from(median(ratios_));
+}
+
 /// Whether the distances between some anchors have changed by factors so unlike each other that the
-/// anchors are probably other vertices than in frame 0. Another unit changes all by the same one.
+/// anchors are probably other vertices than in frame 0.
 bool CompletionQuality::is_scattered(Field frame) {
-  changes_.clear();
+  ratios_.clear();
   for (std::size_t i = 0; i < std::min(anchors_.size(), most_compared); ++i) {
     for (std::size_t j = 0; j < i; ++j) {
       Edge pair = {};
       pair.a = anchors_[i];
       pair.b = anchors_[j];
-      changes_.push_back((length_of(pair, frame) + limits.added) /
-                         (length_of(pair, first_frame_) + limits.added));
+      ratios_.push_back((length_of(pair, frame) + limits.added) /
+                        (length_of(pair, first_frame_) + limits.added));
     }
   }
-  if (changes_.empty()) return false;
-  const double usual = median(changes_);
-  for (double& factor : changes_) factor = std::max(factor / usual, usual / factor) - 1;
-  return median(changes_) > limits.scattered;
+  return scatter_of_ratios() > limits.scattered;
 }
 
 }  // namespace dynmesh

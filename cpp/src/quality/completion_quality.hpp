@@ -47,6 +47,17 @@ struct CompletionLimits {
   /// now: across it, they spread less than this share of what they do along it, squared.
   double reflected = 0.1;
   double thickness = 0.01;
+  /// A frame is mirrored since the one before if a reflection leaves less than this (0.36, of a
+  /// dancer, 30 frames later, of whom one half is known), and the best rotation `steps` times as
+  /// much as usual.
+  double reflected_step = 0.33;
+  /// A frame is of another subject than the one before if most edges between vertices that are
+  /// known in both have changed by more than `misfit`, and by `steps` times as much as usual (0.104,
+  /// of water, ten frames later), unless all have changed by the same factor, but for this and
+  /// `steps` times what is usual.
+  double scatter = 0.02;
+  Index usual_steps = 3;    ///< from which on it is known what is usual
+  Index recent_steps = 10;  ///< which tell it
   /// Poses change the size by less, as the root mean square distance from the centre.
   double other_size = 1.5;
 };
@@ -58,9 +69,9 @@ class CompletionQuality {
   /// `topology` must outlive this object.
   CompletionQuality(const Topology& topology, Field first_frame);
 
-  /// Sets `quality` and `reason` in the report of the next frame, which is completed, and the check
-  /// of frame 0, which is that of the frame before so far. Later frames do not follow from a ruined
-  /// one.
+  /// Sets `quality` and `reason` in the report of the next frame, which is completed, and the
+  /// checks of frame 0 and of the step, which are those of the frame before so far. Later frames do
+  /// not follow from a ruined one.
   void judge(const Memory& memory, Memory& next, FrameReport& report);
   /// Sets `quality` and `reason` in the report of a frame that was judged before, by its check.
   void describe(const Memory& memory, FrameReport& report);
@@ -83,13 +94,27 @@ class CompletionQuality {
     double torn = 0;
   };
 
+  /// Shares of the squared size; what a reflection leaves of a flat surface does not count.
+  struct Residuals {
+    double turned = 0;
+    double reflected = 1;
+  };
+
   [[nodiscard]] double square_of(const Edge& edge, Field frame) const;
   [[nodiscard]] double length_of(const Edge& edge, Field frame) const;
   void choose_anchors(Generation generation);
   void leave_out(const Memory& memory, Memory& next);
-  [[nodiscard]] bool is_mirrored(Field frame) const;
+  void check_first_frame(const Memory& memory, const Memory& next, FirstFrameCheck& check);
+  void check_step(const Memory& memory, const Memory& next, StepCheck& check);
+  [[nodiscard]] Residuals residuals_of(Field from, Field to) const;
+  [[nodiscard]] bool is_mirrored(Field from, Field to, double share) const;
   [[nodiscard]] Shares shares_of(const Memory& memory) const;
+  template <class Counts>
+  double change_of(Field from, Field to, const Counts& counts);
   double change_at_anchors(Generation generation, Field from, Field to);
+  double change_between(const Memory& memory, const Memory& next);
+  double median_change_from(double ratio);
+  double scatter_of_ratios();
   bool is_scattered(Field frame);
 
   const Topology& topology_;
@@ -97,6 +122,7 @@ class CompletionQuality {
   double per_edge_;  // mean edges of frame 0 in a unit of length
   std::vector<Edge> edges_;
   // Of a frame:
+  std::vector<double> ratios_;  // of lengths to earlier ones
   std::vector<double> changes_;
   std::vector<Index> anchors_;  // some of them, spread evenly
   double flat_share_ = 0;       // of the edges without a length in frame 0

@@ -47,8 +47,11 @@ void check_memory(const Memory& memory, double largest) {
     refuse_state("holds tests that no frame can have made");
   }
   const FirstFrameCheck& check = memory.completion.first_frame;
+  const StepCheck& step = memory.completion.step;
   if (check.n_judged < 0 || memory.completion.n_ruined < 0 || check.sum_of_steps < 0 ||
-      check.result > FirstFrameCheck::is_reordered) {
+      check.result > FirstFrameCheck::is_reordered || step.change < 0 || step.scatter < 0 ||
+      step.turned < 0 || step.n_changes < 0 || step.n_turns < 0 ||
+      step.result > StepCheck::is_mirrored) {
     refuse_state("holds a verdict that no frames can have left");
   }
   // A frame that is not ruined leaves no other one.

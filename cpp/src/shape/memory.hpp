@@ -81,6 +81,21 @@ struct FirstFrameCheck {
   std::uint8_t result = fits;
 };
 
+/// Whether a frame follows from the one before; see quality/completion_quality.hpp.
+struct StepCheck {
+  static constexpr std::uint8_t follows = 0;
+  static constexpr std::uint8_t is_other = 1;
+  static constexpr std::uint8_t is_mirrored = 2;
+
+  // What is usual from frame to frame, and of how many steps, up to a limit:
+  double change = 0;   ///< of edges
+  double scatter = 0;  ///< of it, beside what is common to all edges
+  double turned = 0;   ///< what no rotation explains, as a share of the squared size
+  Index n_changes = 0;
+  Index n_turns = 0;
+  std::uint8_t result = follows;
+};
+
 /// What completers alone remember.
 struct CompletionMemory {
   std::vector<Vector3> u;                         ///< (k,) the recent change of m per frame
@@ -88,6 +103,7 @@ struct CompletionMemory {
   double lambda = detail_constants.first_lambda;  ///< the weight of noisy anchors, in the unit of K
   GainMemory gains;
   FirstFrameCheck first_frame;
+  StepCheck step;
   /// (k,) The last frame that was ruined. It is the one that was completed while `n_ruined` is not
   /// 0; what else is remembered is then of the last frame before that was not.
   std::vector<Vector3> ruined;
@@ -168,6 +184,12 @@ void each_number(Visited& memory, const Visit& visit) {
   visit(completion.first_frame.n_judged);
   visit(completion.first_frame.sum_of_steps);
   visit(completion.first_frame.result);
+  visit(completion.step.change);
+  visit(completion.step.scatter);
+  visit(completion.step.turned);
+  visit(completion.step.n_changes);
+  visit(completion.step.n_turns);
+  visit(completion.step.result);
   visit(completion.n_ruined);
   if constexpr (std::is_const_v<Visited>) {
     // Without a ruined frame, whatever it holds must not make a difference between states.

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from functools import cache, partial
+from itertools import product
 from typing import Any, Literal
 
 import numpy as np
@@ -67,6 +68,7 @@ RIGHT: dict[str, Callable[[Array], Array]] = {
     "fast": lambda frames: frames[::9],
     "cut at once": lambda frames: np.concatenate([frames[:1], frames[40:45]]),
     "cut later": lambda frames: np.concatenate([frames[:4], frames[40:44]]),
+    "larger at once": lambda frames: np.concatenate([frames[:6], 1.3 * frames[6:9]]),
     "noisy": lambda frames: noisy(frames[:6], 0.3),
     "far away": lambda frames: (frames[:6] + 1e4 * np.ptp(frames[0])).astype(np.float32),
 }
@@ -153,6 +155,26 @@ def test_points_of_other_vertices_are_told_in_the_frame_that_has_them() -> None:
         completer.push(points)
         found.append(completer.report.quality)
     assert found == ["good", "good", "ruined", "ruined", "good"]
+
+
+@pytest.mark.parametrize(
+    ("change", "kinds"),
+    [
+        (lambda x: x * [-1, 1, 1], ("0.1", "0.9", "camera")),
+        (lambda x: x * [1, -1, 1] + 3, ("0.1", "0.9")),
+        (other_subject, ("0.5", "0.9", "camera")),
+    ],
+)
+def test_a_frame_of_something_else_in_the_middle_is_told(
+    change: Callable[[Array], Array], kinds: tuple[str, ...]
+) -> None:
+    """It is ruined, and alone: no later frame follows from it."""
+    subject = walker()
+    frames = subject.vertices[:14].astype(np.float64)
+    frames[8] = change(frames[8])
+    for kind, method in product(kinds, ("motion", "detail")):
+        found = qualities(subject, frames[0], frames, kind, method)
+        assert found == 7 * ["good"] + ["ruined"] + 5 * ["good"], (kind, method)
 
 
 @pytest.mark.parametrize("method", ["motion", "detail"])
