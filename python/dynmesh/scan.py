@@ -35,6 +35,14 @@ class PointScan(NamedTuple):
         return [self.points]
 
     @property
+    def depths(self) -> Floats:
+        """(n,) how far each point is from the nearest camera; 0 if cameras are unknown."""
+        if self.viewpoints is None or len(self.viewpoints) == 0:
+            return np.zeros(len(self.points))
+        away = (np.linalg.norm(self.points - place, axis=1) for place in self.viewpoints)
+        return np.min(list(away), axis=0).astype(np.float64)
+
+    @property
     def has_points(self) -> bool:
         """Whether there is a point."""
         return len(self.points) > 0
@@ -68,6 +76,11 @@ class DepthScan(NamedTuple):
     def cloud(self) -> Positions:
         """(n, 3) the points of all images in the world, float64."""
         return np.concatenate([np.zeros((0, 3)), *self.clouds])
+
+    @property
+    def depths(self) -> Floats:
+        """(n,) the depth of each point of the cloud."""
+        return np.concatenate([np.zeros(0), *(depth[depth > 0] for depth in self.depth)])
 
     @property
     def has_points(self) -> bool:

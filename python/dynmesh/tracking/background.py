@@ -24,31 +24,46 @@ _MOST_PLANES = 8
 _SHARE = 0.08
 """A plane holds at least this share of the points that are left; random triples miss planes that
 hold much less."""
+_FITS = 4
 
 
 class Plane(NamedTuple):
-    """A plane of a room: the points x with ``abs(normal @ x - offset) <= thickness``."""
+    """A plane of a room: the points x with ``abs(normal @ x - offset)`` up to its thickness there.
+
+    Attributes:
+        thickness: beside the camera.
+        growth: how much thicker it is at a depth of 1, as the noise of depth cameras grows with the
+            square of the depth.
+    """
 
     normal: Floats
     offset: float
     thickness: float
+    growth: float = 0.0
 
-    def holds(self, points: NDArray[np.floating[Any]]) -> Mask:
-        """Returns which of the (n, 3) points belong to the plane."""
-        return np.asarray(np.abs(points @ self.normal - self.offset) <= self.thickness)
+    def holds(self, points: NDArray[np.floating[Any]], depths: Floats | float = 0.0) -> Mask:
+        """Returns which of the (n, 3) points, at (n,) depths, belong to the plane."""
+        heights = np.abs(points @ self.normal - self.offset)
+        return np.asarray(heights <= self.thickness + self.growth * depths**2)
 
 
 def planes_of_background(
-    points: NDArray[np.floating[Any]], *, thickness: float, size: float
+    points: NDArray[np.floating[Any]],
+    depths: Floats | None = None,
+    *,
+    thickness: float,
+    size: float,
 ) -> list[Plane]:
     """Finds at most 8 planes that are larger than a subject, the one with most points first.
 
     The points, (n, 3) and finite, of a plane are at most `thickness` from it. Where they scatter
-    less, the plane becomes thinner, so that less of the feet is lost. A plane that is smaller than
-    the `size` of the subject may be a part of it, and stays. Equal input gives equal results.
+    less, the plane becomes thinner, so that less of the feet is lost, and where they scatter more
+    at larger depths, (n,), it becomes thicker there. A plane that is smaller than the `size` of the
+    subject may be a part of it, and stays. Equal input gives equal results.
     """
     rng = np.random.default_rng(0)
     left = points.astype(np.float64)
+    depths = np.zeros(len(left)) if depths is None else depths
     planes: list[Plane] = []
     while len(left) >= 3 and len(planes) < _MOST_PLANES:
         if np.linalg.norm(np.ptp(left, axis=0)) <= size:
@@ -57,7 +72,8 @@ def planes_of_background(
         normals = np.cross(b - a, c - a)
         lengths = np.linalg.norm(normals, axis=1, keepdims=True)
         normals /= np.where(lengths > 0, lengths, 1)
-        some = left[:: -(-len(left) // _EXAMINED)]
+        every = -(-len(left) // _EXAMINED)
+        some, some_depths = left[::every], depths[::every]
         near = np.abs(some @ normals.T - (a * normals).sum(axis=1)) <= thickness
         counts = near.sum(axis=0) * (lengths[:, 0] > 0)
         # A part of the subject may hold more points than what is left of a wall.
@@ -65,25 +81,26 @@ def planes_of_background(
         wide = (i for i in best if np.linalg.norm(np.ptp(some[near[:, i]], axis=0)) > size)
         result = (Plane(normals[i], float(a[i] @ normals[i]), thickness) for i in wide)
         fitted = (
-            _fitted(_fitted(plane, left, thickness), left, thickness)
+            _fitted(plane, left, depths, thickness)
             for plane in result
-            if extent_of(some[plane.holds(some)]) > size
+            if extent_of(some[plane.holds(some, some_depths)]) > size
         )
-        plane = next((one for one in fitted if _is_room(one, left, size)), None)
+        plane = next((one for one in fitted if _is_room(one, left, depths, size)), None)
         if plane is None:
             break
-        inside = plane.holds(left)
+        outside = ~plane.holds(left, depths)
         planes.append(plane)
-        left = left[~inside]
+        left, depths = left[outside], depths[outside]
     return planes
 
 
 def planes_around(
-    template: Positions, faces: NDArray[Any], cloud: NDArray[np.floating[Any]]
+    template: Positions, faces: NDArray[Any], cloud: Positions, depths: Floats | None = None
 ) -> list[Plane]:
     """Finds the planes in a scan that are larger than a template."""
     size = float(np.linalg.norm(np.ptp(template[np.unique(faces)], axis=0)))
-    return planes_of_background(cloud, thickness=mean_edge_of(template, faces), size=size)
+    thickness = mean_edge_of(template, faces)
+    return planes_of_background(cloud, depths, thickness=thickness, size=size)
 
 
 def without_planes(points: Positions, *, thickness: float, size: float) -> Positions:
@@ -93,23 +110,46 @@ def without_planes(points: Positions, *, thickness: float, size: float) -> Posit
     return points
 
 
-def _is_room(plane: Plane, points: Floats, size: float) -> bool:
+def _is_room(plane: Plane, points: Floats, depths: Floats, size: float) -> bool:
     """Whether so many points are on a plane, over more than the size of the subject."""
-    inside = plane.holds(points)
+    inside = plane.holds(points, depths)
     enough = np.count_nonzero(inside) >= max(3, _SHARE * len(points))
     return bool(enough and extent_of(points[inside]) > size)
 
 
-def _fitted(plane: Plane, points: Floats, most: float) -> Plane:
-    """Returns the plane of least squares through its points, as thick as they scatter."""
-    own = points[plane.holds(points)]
-    if len(own) < 3:
-        return plane
-    middle = own.mean(axis=0)
-    normal = np.linalg.eigh((own - middle).T @ (own - middle))[1][:, 0]
-    heights = np.abs((own - middle) @ normal)
-    scatter = 1.4826 * float(np.median(heights))
-    return Plane(normal, float(middle @ normal), min(most, max(5 * scatter, 0.1 * most)))
+def _fitted(plane: Plane, points: Floats, depths: Floats, most: float) -> Plane:
+    """Returns the plane of least squares through its points, as thick as they scatter.
+
+    Its points follow from how thick it is, so that it is fitted several times.
+    """
+    for _ in range(_FITS):
+        inside = plane.holds(points, depths)
+        own, own_depths = points[inside], depths[inside]
+        if len(own) < 3:
+            return plane
+        weights = (plane.thickness + plane.growth * own_depths**2) ** -2
+        middle = np.average(own, axis=0, weights=weights)
+        arms = own - middle
+        normal = np.linalg.eigh(arms.T @ (arms * weights[:, None]))[1][:, 0]
+        near, growing = _scatter(np.abs(arms @ normal), own_depths)
+        thickness = min(most, max(5 * near, 0.1 * most))
+        plane = Plane(normal, float(middle @ normal), thickness, 5 * growing)
+    return plane
+
+
+def _scatter(heights: Floats, depths: Floats) -> tuple[float, float]:
+    """Returns the standard deviation of heights at a depth of 0, and how much larger it is at 1."""
+    order = np.argsort(depths)
+    shares = np.array_split(order, min(8, 1 + len(order) // 50))
+    found = np.array([1.4826 * np.median(heights[share]) for share in shares])
+    squares = np.array([np.mean(depths[share] ** 2) for share in shares])
+    if not np.ptp(squares) > 0:
+        return 1.4826 * float(np.median(heights)), 0.0
+    growth, near = np.polyfit(squares, found, 1)
+    if growth <= 0:
+        return float(found.mean()), 0.0
+    # Noise that would be negative beside the camera grows from 0.
+    return (float(near), float(growth)) if near > 0 else (0.0, float((found / squares).mean()))
 
 
 def extent_of(points: Positions) -> float:
@@ -186,7 +226,7 @@ class Background:
         """
         self.follow(template)
         if self.removes_planes:
-            self.planes = planes_around(template, faces, scan.cloud)
+            self.planes = planes_around(template, faces, scan.cloud, scan.depths)
 
     def enter(self, scan: Scan, faces: NDArray[Any], template: Positions) -> Scan:
         """Does the same, and returns what is left of the scan."""
@@ -207,7 +247,7 @@ class Background:
         """Returns the scan without the room."""
         if self._crop is None and not self.planes:
             return scan
-        cloud = scan.cloud
+        cloud, depths = scan.cloud, scan.depths
         kept = np.ones(len(cloud), np.bool_)
         if self._crop is not None:
             if isinstance(self._crop, float):
@@ -216,7 +256,7 @@ class Background:
                 low, high = np.reshape(self._crop, (2, 3))
             kept = ((cloud >= low) & (cloud <= high)).all(axis=1)
         for plane in self.planes:
-            kept &= ~plane.holds(cloud)
+            kept &= ~plane.holds(cloud, depths)
         return scan.only(kept)
 
     def subject(self, scan: Scan | None, factor: float) -> Scan | None:

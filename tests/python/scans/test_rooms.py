@@ -128,6 +128,25 @@ def test_planes_of_a_room_are_found_and_a_flat_subject_is_kept() -> None:
     assert planes_of_background(sheet, thickness=0.1, size=float(np.sqrt(2))) == []
 
 
+def test_a_plane_is_thicker_where_depth_cameras_are_noisier() -> None:
+    """Their noise grows with the square of the depth: 4 mm at 1.6 m, 30 mm at 4.3 m."""
+    rng = np.random.default_rng(2)
+    depths = 1 + 3.5 * rng.random(9000)
+    floor = np.stack([2 * rng.random(9000) - 1, 2 - 0.8 * depths, depths], axis=1)
+    body = 0.15 * rng.standard_normal((900, 3)) + [0, -0.6, 2.0]
+    body = body[body @ [0, 1, 0.8] < 1.8]
+    points = np.concatenate([floor, body])
+    noise = 0.0012 + 0.0019 * (points[:, 2] - 0.4) ** 2
+    points *= 1 + (noise * rng.standard_normal(len(points)) / points[:, 2])[:, None]
+    depths = points[:, 2]
+    (plane,) = planes_of_background(points, depths, thickness=0.016, size=1.8)
+    held = plane.holds(points, depths)
+    assert held[: len(floor)].mean() > 0.99
+    assert held[len(floor) :].mean() < 0.01
+    thin, *_ = planes_of_background(points, thickness=0.016, size=1.8)
+    assert thin.holds(points)[: len(floor)].mean() < 0.97
+
+
 def test_a_box_keeps_what_is_inside(rooms: Path) -> None:
     low, high = TRUTH.vertices.min(axis=(0, 1)), TRUTH.vertices.max(axis=(0, 1))
     corners = [*(low - 0.05), *(high + 0.05)]
