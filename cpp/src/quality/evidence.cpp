@@ -273,16 +273,16 @@ std::vector<std::size_t> components_of(const Cells& cells, std::size_t k) {
 void explain_by_other_layers(const BentSurface& surface, const Sight& sight,
                              const MatchedPoints& points, double radius,
                              std::vector<std::uint8_t>& is_explained) {
-  if (points.points.empty()) return;
+  const auto component = components_of(surface.cells, surface.x.size());
+  const bool has_layers = std::ranges::any_of(component, [](std::size_t of) { return of != 0; });
+  if (points.points.empty() || !has_layers) return;
   std::optional<PointTree<3>> tree;  // which many frames do not need
-  std::vector<std::size_t> component;
   for (std::size_t v = 0; v < surface.x.size(); ++v) {
     if (sight.seen[v] == 0 || is_explained[v] != 0) continue;
     if (!tree) {
       std::vector<Vector3> positions;
       for (const auto& point : points.points) positions.push_back(point.position);
       tree.emplace(arrays_of(positions));
-      component = components_of(surface.cells, surface.x.size());
     }
     const auto nearest = tree->nearest(array_of(surface.x[v]));
     if (!(nearest.squared < radius * radius)) continue;

@@ -110,6 +110,12 @@ void View::draw(const Triangle& face) {
   const auto& c = corners_[at(face[2])];
   const double area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
   if (area == 0) return;
+  // Of the shares of b and c, where the pixel moves by one along a row and a column.
+  const double scale = 1 / area;
+  const double b_along = scale * (c[1] - a[1]);
+  const double b_across = -scale * (c[0] - a[0]);
+  const double c_along = -scale * (b[1] - a[1]);
+  const double c_across = scale * (b[0] - a[0]);
   const auto first = [](double p, double q, double r) {
     return static_cast<std::ptrdiff_t>(std::ceil(std::min({p, q, r}) - 0.5));
   };
@@ -121,10 +127,10 @@ void View::draw(const Triangle& face) {
   const std::ptrdiff_t end_v = last(a[1], b[1], c[1]);
   for (std::ptrdiff_t v = first(a[1], b[1], c[1]); v <= end_v; ++v) {
     for (std::ptrdiff_t u = first(a[0], b[0], c[0]); u <= end_u; ++u) {
-      const double pu = static_cast<double>(u) + 0.5;
-      const double pv = static_cast<double>(v) + 0.5;
-      const double share_b = ((pu - a[0]) * (c[1] - a[1]) - (pv - a[1]) * (c[0] - a[0])) / area;
-      const double share_c = ((b[0] - a[0]) * (pv - a[1]) - (b[1] - a[1]) * (pu - a[0])) / area;
+      const double from_u = static_cast<double>(u) + 0.5 - a[0];
+      const double from_v = static_cast<double>(v) + 0.5 - a[1];
+      const double share_b = from_u * b_along + from_v * b_across;
+      const double share_c = from_u * c_along + from_v * c_across;
       if (share_b < 0 || share_c < 0 || share_b + share_c > 1) continue;
       const double depth = a[2] + share_b * (b[2] - a[2]) + share_c * (c[2] - a[2]);
       Pixel& pixel = nearest_[static_cast<std::size_t>(v * width_ + u)];
