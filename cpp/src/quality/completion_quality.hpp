@@ -52,9 +52,9 @@ struct CompletionLimits {
   /// much as usual.
   double reflected_step = 0.33;
   /// A frame is of another subject than the one before if most edges between vertices that are
-  /// known in both have changed by more than `misfit`, and by `steps` times as much as usual (0.104,
-  /// of water, ten frames later), unless all have changed by the same factor, but for this and
-  /// `steps` times what is usual.
+  /// known in both have changed by more than `misfit`, and by `steps` times as much as usual
+  /// (0.104, of water, ten frames later), unless all have changed by the same factor, but for this
+  /// and `steps` times what is usual.
   double scatter = 0.02;
   Index usual_steps = 3;    ///< from which on it is known what is usual
   Index recent_steps = 10;  ///< which tell it
