@@ -220,13 +220,22 @@ Sight sight_of(const BentSurface& surface, const PointScan& scan, double noise, 
       }
       return;
     }
-    const View view(surface.faces, {}, surface.x, sensor, box, surface.mean_edge);
+    std::vector<double> facing(k);  // cosines; of what faces away, nothing else is hidden
+    for (std::size_t v = 0; v < k; ++v) {
+      facing[v] = dot(surface.normals[v], unit_of(from_eigen(sensor) - surface.x[v]));
+      if (surface.is_sheet[v] != 0) facing[v] = std::abs(facing[v]);
+    }
+    std::vector<Triangle> drawn;
+    for (const Triangle& face : surface.faces) {
+      if (std::ranges::any_of(face, [&](Index v) { return facing[at(v)] > 0; })) {
+        drawn.push_back(face);
+      }
+    }
+    const View view(drawn, {}, surface.x, sensor, box, surface.mean_edge);
     const std::span<const std::uint32_t> none_measured;
     const MeasuredDepths depths(view, scan, scan.sensors.empty() ? none_measured : numbers[number]);
     for (std::size_t v = 0; v < k; ++v) {
-      const auto towards = unit_of(from_eigen(sensor) - surface.x[v]);
-      const double facing = dot(surface.normals[v], towards);
-      if (!((surface.is_sheet[v] != 0 ? std::abs(facing) : facing) > least_facing)) continue;
+      if (!(facing[v] > least_facing)) continue;
       if (view.covers(v, slope_depth * surface.mean_edge)) continue;
       const View::Place& place = view.place_of(v);
       const auto [nearest, n] = depths.around(place);
