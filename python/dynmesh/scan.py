@@ -40,7 +40,7 @@ class PointScan(NamedTuple):
         if self.viewpoints is None or len(self.viewpoints) == 0:
             return np.zeros(len(self.points))
         away = (np.linalg.norm(self.points - place, axis=1) for place in self.viewpoints)
-        return np.min(list(away), axis=0).astype(np.float64)
+        return np.asarray(np.min(list(away), axis=0), np.float64)
 
     @property
     def has_points(self) -> bool:
