@@ -56,10 +56,12 @@ class FrameReport:
         rotation_seconds: the time in which rotations were fitted.
         solve_seconds: the time of everything else.
         quality: "good"; "ruined" if many edges are far longer or shorter than in frame 0, as of
-            points that belong to other vertices; "doubtful" if frame 0 seems to be in another unit
-            of length, a mirror image, of another subject or in another order of vertices, which the
-            first frames show, or if nothing is known. A part that is estimated wrongly with edges
-            of the right lengths is not noticed.
+            points that belong to other vertices, or if it is a mirror image of the frame before or
+            of another subject, once a few frames have shown what is usual; no later frame follows
+            from a ruined one, unless three that agree follow each other. "doubtful" if frame 0
+            seems to be in another unit of length, a mirror image, of another subject or in another
+            order of vertices, which the first frames show, or if nothing is known. A part that is
+            estimated wrongly with edges of the right lengths is not noticed.
         reason: why the quality is not good; empty if it is.
     """
 

@@ -33,10 +33,12 @@ struct FrameReport {
   double seconds = 0;  ///< wall time of the call
   StageReport stages;  ///< the parts of that time, and the blend
   /// Of a tracked frame, that of its measure. Of a completed one, `ruined` if many edges are far
-  /// longer or shorter than in frame 0, as of points that belong to other vertices; `doubtful` if
-  /// frame 0 seems to be in another unit of length, a mirror image, of another subject or in
-  /// another order of vertices, which the first frames show, or if nothing is known. A part that is
-  /// estimated wrongly with edges of the right lengths is not noticed.
+  /// longer or shorter than in frame 0, as of points that belong to other vertices, or if it is a
+  /// mirror image of the frame before or of another subject, once a few frames have shown what is
+  /// usual; no later frame follows from a ruined one, unless three that agree follow each other.
+  /// `doubtful` if frame 0 seems to be in another unit of length, a mirror image, of another
+  /// subject or in another order of vertices, which the first frames show, or if nothing is known.
+  /// A part that is estimated wrongly with edges of the right lengths is not noticed.
   Quality quality = Quality::good;
   std::array<char, 512> reason{};  ///< why it is not good, ending with 0; empty if it is
 
