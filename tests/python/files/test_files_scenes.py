@@ -105,7 +105,6 @@ FEWER = f"point3f[] points.timeSamples = {{1: {REST}, 2: [(0, 0, 0)]}}"
         ),
         # masks lack a sample for a frame
         (masked_at("1: [1, 1, 1], 3: [1, 0, 1]"), "time 2: primvars:known"),
-        (masked_at("2: [1, 0, 1]"), "time 1: primvars:known"),
     ],
 )
 def test_unsuitable_meshes_are_refused(
@@ -118,6 +117,14 @@ def test_unsuitable_meshes_are_refused(
 def test_masks_that_are_omitted_since_nothing_changes_are_those_before(tmp_path: Path) -> None:
     path = layer(tmp_path / "a.usda", masked_at("1: [1, 0, 1], 3: [1, 0, 1]"))
     np.testing.assert_array_equal(dynmesh.read(path).known, [[True, False, True]] * 3)
+
+
+def test_masks_hold_before_and_after_their_samples(tmp_path: Path) -> None:
+    """As USD has it; those of all frames are not lost for it."""
+    path = layer(tmp_path / "a.usda", masked_at("2: [1, 0, 1]"))
+    for gaps in ("refuse", "lost"):
+        read = dynmesh.read(path, gaps=gaps)
+        np.testing.assert_array_equal(read.known, [[True, False, True]] * 3)
 
 
 def test_stages_are_composed(tmp_path: Path) -> None:
