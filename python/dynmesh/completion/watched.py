@@ -76,13 +76,14 @@ class Held:
 
     They are bit for bit those of the last frame, while the surface beside them moved on, and stay
     held as long as they are repeated. What rests beside a surface whose motion begins smoothly is
-    not held, nor is anything where most rests.
+    not held, nor is what has never moved, as the rod of a curtain, nor anything where most rests.
     """
 
     def __init__(self, edges: Integers, mean_edge: float) -> None:
         self._edges, self._least = edges, _LEAST * mean_edge
         self._last: tuple[Positions, Mask] | None = None
         self._held: Mask | None = None
+        self._moved: Mask | None = None
 
     def watch(self, points: Positions, known: Mask) -> Mask:
         """Takes the next frame into account, and returns which of its vertices are held."""
@@ -93,8 +94,11 @@ class Held:
         same = both & (points == last[0]).all(axis=1)
         held: Mask = np.zeros_like(same) if self._held is None else same & self._held
         if same.any() and 2 * np.count_nonzero(same) < np.count_nonzero(both):
-            held |= same & self._tears_off(last[0], points, both, same)
+            begins = same if self._moved is None else same & self._moved
+            held |= begins & self._tears_off(last[0], points, both, same)
         self._held = held
+        moves = held | (both & ~same)
+        self._moved = moves if self._moved is None else self._moved | moves
         return held
 
     def _tears_off(self, before: Positions, points: Positions, both: Mask, same: Mask) -> Mask:
