@@ -241,7 +241,11 @@ def _arrays_of(meshes: Any) -> dict[str, Any]:
     for number, (own, points) in enumerate(frames):
         is_same = np.array_equal(split_faces(own)[0], split_faces(faces)[0])
         if not is_same or len(points) != len(first):
-            raise InputError("is of another mesh than frame 0", frame=number)
+            raise InputError(
+                "has other vertices or faces than frame 0; trimesh leaves out vertices that are "
+                "not finite unless it is told process=False",
+                frame=number,
+            )
     names = with_all_needed([n for n in ATTRIBUTES if all(n in own for own in values)])
     rows = {name: np.stack([np.asarray(own[name]) for own in values]) for name in names}
     return {"vertices": np.stack([points for _, points in frames]), "faces": faces, **rows}
