@@ -100,6 +100,8 @@ struct DYNMESH_EXPORT Measure {
   [[nodiscard]] double misfit() const {
     return agreement.far_share + agreement.disagreeing + stretch;
   }
+  /// Whether there are points, but hardly any at the mesh.
+  [[nodiscard]] bool lies_elsewhere() const;
   [[nodiscard]] Cause cause() const;
   /// Why the quality is not good, in a sentence that begins with the cause; empty if it is.
   [[nodiscard]] std::string reason() const;

@@ -155,7 +155,7 @@ void CompletionQuality::check_step(const Memory& memory, const Memory& next, Ste
   if (ratios_.size() >= limits.fewest) {
     const double scatter = scatter_of_ratios();
     if (check.n_changes >= limits.usual_steps && change > limits.misfit &&
-        change > limits.steps * check.change && scatter > limits.scatter &&
+        change > limits.dropped * check.change && scatter > limits.scatter &&
         scatter > limits.steps * check.scatter) {
       check.result = StepCheck::is_other;
       return;
@@ -166,8 +166,7 @@ void CompletionQuality::check_step(const Memory& memory, const Memory& next, Ste
   }
   if (anchors_.empty()) return;
   const auto [turned, reflected] = residuals_of(memory.last, next.last);
-  if (check.n_turns >= limits.usual_steps && reflected < limits.reflected_step * turned &&
-      turned > limits.steps * check.turned) {
+  if (is_mirrored_step({turned, reflected}, check)) {
     check.result = StepCheck::is_mirrored;
     return;
   }
@@ -181,7 +180,7 @@ void CompletionQuality::check_step(const Memory& memory, const Memory& next, Ste
 void CompletionQuality::leave_out(const Memory& memory, Memory& next) {
   const auto agrees_with = [&](Field before) {
     return change_at_anchors(next.generations.of_vertices(), before, next.last) < limits.misfit &&
-           !is_mirrored(before, next.last, limits.reflected_step);
+           !is_mirrored_step(residuals_of(before, next.last), next.completion.step);
   };
   if (memory.completion.n_ruined == 0 && agrees_with(memory.last)) return;
   const bool agrees = memory.completion.n_ruined > 0 && agrees_with(memory.completion.ruined);
@@ -357,6 +356,12 @@ CompletionQuality::Residuals CompletionQuality::residuals_of(Field from, Field t
     return std::max(0.0, squares - 2 * (spread[0] + spread[1] + third * spread[2])) / squares;
   };
   return {left(sign), is_flat ? 1 : left(-sign)};
+}
+
+/// Whether only a reflection brings a frame as near to another one as is usual.
+bool CompletionQuality::is_mirrored_step(const Residuals& left, const StepCheck& check) {
+  const double usual = limits.steps * check.turned;
+  return check.n_turns >= limits.usual_steps && left.turned > usual && left.reflected < usual;
 }
 
 /// Whether the anchors are a mirror image of themselves in another frame: a reflection brings them

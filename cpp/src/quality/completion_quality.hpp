@@ -47,14 +47,12 @@ struct CompletionLimits {
   /// now: across it, they spread less than this share of what they do along it, squared.
   double reflected = 0.1;
   double thickness = 0.01;
-  /// A frame is mirrored since the one before if a reflection leaves less than this (0.36, of a
-  /// dancer, 30 frames later, of whom one half is known), and the best rotation `steps` times as
-  /// much as usual.
-  double reflected_step = 0.33;
-  /// A frame is of another subject than the one before if most edges between vertices that are
-  /// known in both have changed by more than `misfit`, and by `steps` times as much as usual
-  /// (0.104, of water, ten frames later), unless all have changed by the same factor, but for this
-  /// and `steps` times what is usual.
+  /// A frame is mirrored since the one before if it departs from it by `steps` times as much as
+  /// usual, and its reflection does not. It is of another subject if most edges between vertices
+  /// that are known in both have changed by more than `misfit`, and by as much as in so many usual
+  /// steps, which may have been dropped, unless all have changed by the same factor, but for
+  /// `scatter` and `steps` times what is usual.
+  double dropped = 12;
   double scatter = 0.02;
   Index usual_steps = 3;    ///< from which on it is known what is usual
   Index recent_steps = 10;  ///< which tell it
@@ -107,6 +105,7 @@ class CompletionQuality {
   void check_first_frame(const Memory& memory, const Memory& next, FirstFrameCheck& check);
   void check_step(const Memory& memory, const Memory& next, StepCheck& check);
   [[nodiscard]] Residuals residuals_of(Field from, Field to) const;
+  [[nodiscard]] static bool is_mirrored_step(const Residuals& left, const StepCheck& check);
   [[nodiscard]] bool is_mirrored(Field from, Field to, double share) const;
   [[nodiscard]] Shares shares_of(const Memory& memory) const;
   template <class Counts>

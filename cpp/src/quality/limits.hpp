@@ -58,6 +58,7 @@ inline constexpr struct QualityLimits {
 
   /// Where a smaller share of the vertices has a point, the mesh is a guess.
   double hardly_seen = 0.01;
+  double elsewhere = 0.5;  ///< unless more of the points lie on nothing of it
   /// Where a smaller share of the vertices is known, a completed frame is a guess.
   double hardly_known = 0.005;
 

@@ -164,8 +164,14 @@ Quality quality_of(const Measure& measure) {
   return measure.doubt > 1 || is_guess || any_lost ? Quality::doubtful : Quality::good;
 }
 
+bool Measure::lies_elsewhere() const {
+  return seen < quality_limits.hardly_seen && agreement.points >= TrackingConstants{}.fewest &&
+         others > quality_limits.elsewhere;
+}
+
 Cause Measure::cause() const {
   constexpr const QualityLimits& limits = quality_limits;
+  if (lies_elsewhere()) return Cause::pose;
   if (seen < limits.hardly_seen) return Cause::unseen;
   if (is_beyond(growth, limits.other_size)) return Cause::size;
   if (leap > 1) return Cause::pose;
@@ -196,6 +202,10 @@ std::string Measure::reason() const {
       text = "the scan shows a part of the template only, and the place of the rest is a guess";
       break;
     case Cause::pose:
+      if (lies_elsewhere()) {
+        return joined("the pose was lost, or the subject is gone: ", percent(others),
+                      " of the points lie elsewhere");
+      }
       text = leap > 1 ? joined("the pose was lost: since the last good frame, edges changed by ",
                                percent(change), ", ", to_text(leap, 2), " times what is likely")
                       : "the scan shows another mesh, or a pose that was not found";
