@@ -100,7 +100,7 @@ def test_the_page(rng: np.random.Generator, tmp_path: Path, browser: Any) -> Non
         html, code = tmp_path / f"{name}.html", 0 if quality == "good" else 3
         run("register", *files, "--scale", "--page", html, code=code)
         page = Page(browser, html)
-        captions = [f"{name}.ply, the scan", "body.obj, registered"]
+        captions = [f"scan: {name}.ply", "body.obj, registered"]
         assert page.captions() == captions
         assert page.text("title").split()[0] == "distance"
         pictures = page.pictures(0, 1)

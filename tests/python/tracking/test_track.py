@@ -233,7 +233,7 @@ def test_the_page_shows_the_scans(
         with pytest.raises(ValueError, match="has 4 frames, but"):
             page(reader, scans=fewer)
     shown = Page(browser, file)
-    assert shown.captions() == [f"{scans}, the scans", f"{mesh}.npz"]
+    assert shown.captions() == [f"scans: {scans}", f"{mesh}.npz"]
     shown.scrub(0)
     dots, surface = shown.pictures(0, 1)
     blue = dots[..., 2] - dots[..., 0] > 60

@@ -157,7 +157,7 @@ _track = of("Tracker.restore")
 
 _states = [
     _restore("another file's bytes", b"PK" * 500, ValueError, "state: not a completer state"),
-    _restore("without its last byte", lambda w: _state(w)[:-1], ValueError, "truncated", "8619"),
+    _restore("without its last byte", lambda w: _state(w)[:-1], ValueError, "truncated", "too few"),
     _restore("with one byte more", lambda w: _state(w) + b"x", ValueError, "1 byte"),
     *(
         _restore(f"byte {n} flipped", lambda w, n=n: _state(w)[:n] + bytes([_state(w)[n] ^ 1]) + _state(w)[n + 1 :], ValueError, told)
