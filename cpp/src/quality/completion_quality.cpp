@@ -358,10 +358,12 @@ CompletionQuality::Residuals CompletionQuality::residuals_of(Field from, Field t
   return {left(sign), is_flat ? 1 : left(-sign)};
 }
 
-/// Whether only a reflection brings a frame as near to another one as is usual.
+/// Whether only a reflection brings a frame as near to another one as is usual, and much nearer
+/// than any rotation: half a step of a walking figure resembles a reflection.
 bool CompletionQuality::is_mirrored_step(const Residuals& left, const StepCheck& check) {
   const double usual = limits.steps * check.turned;
-  return check.n_turns >= limits.usual_steps && left.turned > usual && left.reflected < usual;
+  return check.n_turns >= limits.usual_steps && left.turned > usual && left.reflected < usual &&
+         left.reflected < limits.reflected_step * left.turned;
 }
 
 /// Whether the anchors are a mirror image of themselves in another frame: a reflection brings them

@@ -48,10 +48,12 @@ struct CompletionLimits {
   double reflected = 0.1;
   double thickness = 0.01;
   /// A frame is mirrored since the one before if it departs from it by `steps` times as much as
-  /// usual, and its reflection does not. It is of another subject if most edges between vertices
-  /// that are known in both have changed by more than `misfit`, and by as much as in so many usual
-  /// steps, which may have been dropped, unless all have changed by the same factor, but for
-  /// `scatter` and `steps` times what is usual.
+  /// usual, and its reflection does not, but less than this share of it (0.53, of a running
+  /// figure). It is of another subject if most edges between vertices that are known in both have
+  /// changed by more than `misfit`, and by as much as in so many usual steps, which may have been
+  /// dropped, unless all have changed by the same factor, but for `scatter` and `steps` times what
+  /// is usual.
+  double reflected_step = 0.2;
   double dropped = 12;
   double scatter = 0.02;
   Index usual_steps = 3;    ///< from which on it is known what is usual
