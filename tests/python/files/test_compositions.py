@@ -228,7 +228,7 @@ def test_meshes_of_other_libraries_are_a_sequence() -> None:
         np.testing.assert_array_equal(again.faces, completed.faces)
         np.testing.assert_array_equal(again.generation, completed.generation)
         assert dynmesh.complete(meshes).report.completed == 3
-        with pytest.raises(ValueError, match="frame 2: is of another mesh than frame 0"):
+        with pytest.raises(ValueError, match="frame 2: has other vertices or faces than frame 0"):
             dynmesh.Sequence([*meshes[:2], getattr(sea(1, grid=5), back)(0)])
     with pytest.raises(TypeError, match="faces: are missing"):
         dynmesh.Sequence(completed.vertices)
