@@ -47,6 +47,16 @@ TEST_CASE("what speaks against a mesh makes it doubtful or ruined, for the cause
                 Quality::doubtful},
       Situation{"hardly anything is there", made([](Measure& m) { m.explained = 0.2; }),
                 Quality::ruined, Cause::pose},
+      Situation{"nothing is seen, and few points are elsewhere", made([](Measure& m) {
+                  m.seen = 0;
+                  m.others = 0.4;
+                }),
+                Quality::doubtful, Cause::unseen},
+      Situation{"nothing is seen, and most points are elsewhere", made([](Measure& m) {
+                  m.seen = 0;
+                  m.others = 0.9;
+                }),
+                Quality::doubtful, Cause::pose},
       Situation{"a hole", made([](Measure& m) { m.hole = 0.06; }), Quality::doubtful},
       Situation{"a large hole", made([](Measure& m) { m.hole = 0.45; }), Quality::doubtful,
                 Cause::part},

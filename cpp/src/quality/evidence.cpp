@@ -220,7 +220,8 @@ Sight sight_of(const BentSurface& surface, const PointScan& scan, double noise, 
       }
       return;
     }
-    std::vector<double> facing(k);  // cosines; of what faces away, nothing else is hidden
+    // Cosines. What faces away is not drawn: it hides nothing that its front does not hide.
+    std::vector<double> facing(k);
     for (std::size_t v = 0; v < k; ++v) {
       facing[v] = dot(surface.normals[v], unit_of(from_eigen(sensor) - surface.x[v]));
       if (surface.is_sheet[v] != 0) facing[v] = std::abs(facing[v]);
