@@ -170,7 +170,12 @@ def path_of(name: str, value: object, expected: str = "a path", folder: Path | N
     if not os.fspath(value):  # which pathlib takes for the current folder
         raise InputError("is empty", argument=name, value=value)
     # Unlike that of pathlib, this leaves the name of no user as it is, such as ~backup.obj.
-    return Path(folder or "", os.path.expanduser(value)).absolute()  # noqa: PTH111
+    path = Path(folder or "", os.path.expanduser(value)).absolute()  # noqa: PTH111
+    if ".." in path.parts:
+        shorter = os.path.normpath(path)
+        if os.path.realpath(shorter) == os.path.realpath(path):  # no folder before .. is a link
+            return Path(shorter)
+    return path
 
 
 def check_complete(name: str | None, points: NDArray[np.floating[Any]]) -> None:

@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from ._arrays import Integers, Mask, Positions, mask_in_file
-from ._checks import check_array, frame_index, indices_among, native, selected
-from ._errors import InputError, locating, naming
+from ._checks import as_array, check_array, frame_index, indices_among, selected
+from ._errors import InputError, KindError, locating, naming
+from ._report import counted
 from .header import ATTRIBUTES, RANGE, Header, Origin
 
 FUSED = -2
@@ -49,7 +50,17 @@ class VertexAttributes:
 
 def summary(n_frames: int, n_vertices: int, n_faces: int, dtype: np.dtype[Any]) -> str:
     """Describes the size of a sequence."""
-    return f"{n_frames} frames, {n_vertices} vertices, {n_faces} faces, {dtype}"
+    counts = {"frame": n_frames, "vertex": n_vertices, "face": n_faces}
+    return ", ".join([*(counted(count, what) for what, count in counts.items()), str(dtype)])
+
+
+def shares(points: NDArray[Any], known: NDArray[Any] | None) -> str:
+    """Describes how many vertices are known, by a mask or, without one, by NaN."""
+    there = np.isfinite(points).all(axis=-1) if known is None else known
+    if known is None and there.all():
+        return "no masks"
+    share = f"{100 * np.count_nonzero(there) / max(1, there.size):.3g} % known"
+    return share if known is not None else f"{share}, NaN for the others"
 
 
 def rate(fps: float | None) -> str:
@@ -62,7 +73,7 @@ class Frame(VertexAttributes):
     """One frame of a sequence. It can be unpacked: ``points, known = frame``.
 
     Attributes:
-        points: (k, 3)
+        points: (k, 3) float32 or float64.
         known: (k,), or None if the sequence has no masks.
 
     Those of :class:`VertexAttributes` are (k,).
@@ -72,9 +83,17 @@ class Frame(VertexAttributes):
     known: Mask | None = None
 
     def __post_init__(self) -> None:
-        for name, array in {"points": self.points, **self.attributes()}.items():
-            if isinstance(array, np.ndarray):
-                object.__setattr__(self, name, native(array))
+        for name, given in {"points": self.points, **self.attributes()}.items():
+            array = as_array(name, given, np.float64 if name == "points" else None)
+            check_array(name, array)
+            object.__setattr__(self, name, array)
+        dtype, shape = self.points.dtype, self.points.shape
+        if dtype.kind != "f" or dtype.itemsize not in LARGEST:
+            raise KindError(f"must be float32 or float64, not {dtype}", argument="points")
+        if len(shape) != 2 or shape[1] != 3:
+            raise InputError(f"must have shape (k, 3), not {shape}", argument="points")
+        for name, values in self.attributes().items():
+            ATTRIBUTES[name].check(values.dtype, values.shape, shape[:1])
 
     @property
     def present(self) -> Mask:
@@ -102,7 +121,8 @@ class Frame(VertexAttributes):
 
     def __repr__(self) -> str:
         known = np.count_nonzero(self.observed) / max(1, len(self.points))
-        return f"Frame({len(self.points)} vertices, {self.points.dtype}, {known:.0%} observed)"
+        k = counted(len(self.points), "vertex")
+        return f"Frame({k}, {self.points.dtype}, {known:.0%} observed)"
 
     def __iter__(self) -> Iterator[Any]:
         yield self.points
@@ -128,7 +148,7 @@ def check_whole(frame: Frame, advice: str) -> None:
     missing = np.flatnonzero(~frame.present)
     if len(missing):
         raise InputError(
-            f"{len(missing)} of {len(frame.points)} vertices "
+            f"{len(missing)} of {counted(len(frame.points), 'vertex')} "
             f"{'is' if len(missing) == 1 else 'are'} missing, the first is vertex {missing[0]}"
             f"{advice}"
         )
@@ -277,8 +297,6 @@ def checked(frames: Frames) -> Generator[Frame, None, None]:
 def check_frame(frame: Frame, header: Header) -> None:
     """Raises an error unless a frame is as the header says."""
     k, points = header.n_vertices, frame.points
-    for name, array in {"points": points, **frame.attributes()}.items():
-        check_array(name, array)
     if points.shape != (k, 3) or points.dtype != header.dtype:
         message = f"must be {header.dtype} of shape {(k, 3)}"
         raise InputError(f"{message}, not {points.dtype} of shape {points.shape}")
@@ -286,8 +304,6 @@ def check_frame(frame: Frame, header: Header) -> None:
     for name, row in ATTRIBUTES.items():
         if (name in values) != (name in header.attributes):
             raise InputError(f"give {row.what} with every frame or with none")
-        if name in values:
-            row.check(values[name].dtype, values[name].shape, (k,))
 
 
 Indices: TypeAlias = Sequence[int]
@@ -408,4 +424,4 @@ class _Chosen(Stored):
         return self._of.frames_at([self._indices[number] for number in numbers])
 
     def __repr__(self) -> str:
-        return f"{self.n_frames} frames of {self._of!r}"
+        return f"{counted(self.n_frames, 'frame')} of {self._of!r}"

@@ -96,8 +96,7 @@ class Run(Frames, Generic[R]):
     def report(self) -> R:
         """What was done, as soon as all frames have been made."""
         if self._report is None:
-            message = "there is none yet: call read() or write() first, which go through all frames"
-            raise InputError(message, argument="report")
+            raise InputError("no report yet: read() or write() the frames first")
         report: R = self._report
         return report
 

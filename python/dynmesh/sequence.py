@@ -25,6 +25,7 @@ from .frame import (
     as_array_of,
     checked,
     rate,
+    shares,
     summary,
 )
 from .header import (
@@ -57,7 +58,8 @@ class Sequence(Description, VertexAttributes, Stored):
 
     Attributes:
         vertices: (n, k, 3) float32 or float64. Values are arbitrary where ``known`` is False. Or
-            meshes of trimesh or PyVista, one for each frame, without `faces`.
+            meshes of trimesh or PyVista, one for each frame, without `faces`; their masks are
+            given as `known`, unless they have one themselves.
         faces: (m, 3) integers, triangles. Other polygons, as :data:`dynmesh.polygons.Faces`, are
             cut into triangles and kept as `polygons`.
         known: (n, k) bool, or integers 0 and 1, or None if every position was observed.
@@ -83,8 +85,12 @@ class Sequence(Description, VertexAttributes, Stored):
     report: Any = field(default=None, kw_only=True, repr=False)
 
     def __post_init__(self) -> None:
-        if self.faces is None:
-            vars(self).update(_arrays_of(self.vertices))
+        if self.faces is None or _is_of_meshes(self.vertices):
+            arrays, given = _arrays_of(self.vertices), self.faces
+            if given is not None and not _are_same(given, arrays["faces"]):
+                message = "are not those of the meshes, which need none; masks are given as `known`"
+                raise InputError(message, argument="faces")
+            vars(self).update(arrays | self.attributes())
         for name in ("vertices", "times", *self.attributes()):
             whole = np.float64 if name in ("vertices", "times") else None
             vars(self)[name] = as_array(name, getattr(self, name), whole)
@@ -102,9 +108,7 @@ class Sequence(Description, VertexAttributes, Stored):
             raise KindError("must be that of another sequence, or None", argument="origin")
 
     def __repr__(self) -> str:
-        masks = "no masks"
-        if self.known is not None:
-            masks = f"{100 * np.count_nonzero(self.known) / max(1, self.known.size):.3g} % known"
+        masks = shares(self.vertices, self.known)
         counts = summary(self.n_frames, self.n_vertices, len(self.faces), self.dtype)
         return f"{type(self).__name__}({counts}, {masks}, {rate(self.fps)})"
 
@@ -239,8 +243,7 @@ def _arrays_of(meshes: Any) -> dict[str, Any]:
         raise KindError(message, argument="faces")
     (faces, first), values = frames[0], [_values_of(mesh) for mesh in every]
     for number, (own, points) in enumerate(frames):
-        is_same = np.array_equal(split_faces(own)[0], split_faces(faces)[0])
-        if not is_same or len(points) != len(first):
+        if not _are_same(own, faces) or len(points) != len(first):
             raise InputError(
                 "has other vertices or faces than frame 0; trimesh leaves out vertices that are "
                 "not finite unless it is told process=False",
@@ -251,19 +254,26 @@ def _arrays_of(meshes: Any) -> dict[str, Any]:
     return {"vertices": np.stack([points for _, points in frames]), "faces": faces, **rows}
 
 
+def _are_same(faces: Any, others: Any) -> bool:
+    return np.array_equal(split_faces(faces)[0], split_faces(others)[0])
+
+
 def _values_of(mesh: Any) -> Any:
     """The values of the vertices of a mesh of another library, by name."""
     return getattr(mesh, "point_data", getattr(mesh, "vertex_attributes", {}))
+
+
+def _is_of_meshes(frames: Any) -> bool:
+    first = frames[0] if isinstance(frames, list | tuple) and len(frames) > 0 else frames
+    return hasattr(first, "faces") and not isinstance(first, Frames)
 
 
 def as_sequence(frames: Any, faces: Any = None) -> Sequence | None:
     """A Sequence as it is, arrays and meshes of other libraries as one; None if it is none."""
     if isinstance(frames, Sequence):
         return frames
-    is_list = isinstance(frames, list | tuple) and len(frames) > 0 and hasattr(frames[0], "faces")
-    if not (isinstance(frames, np.ndarray) or hasattr(frames, "faces") or is_list):
-        return None
-    return None if isinstance(frames, Frames) else Sequence(frames, faces)
+    is_in_memory = isinstance(frames, np.ndarray) or _is_of_meshes(frames)
+    return Sequence(frames, faces) if is_in_memory else None
 
 
 def result_of(run: Run[R], source: Frames) -> Run[R] | Any:

@@ -67,7 +67,8 @@ class Tally:
     """What a completion has done so far.
 
     Attributes:
-        reports: of the frames that were completed.
+        reports: of the frames that were completed, by their numbers; from both sides, the last one.
+        seconds: that each call of the completer took.
         wrong: those that are not good by the numbers of the frames, the worst one of each, without
             those in which nothing was observed: a few of them are no reason to doubt the others.
         are_empty: whether hardly anything was observed, by the numbers of the frames.
@@ -78,7 +79,8 @@ class Tally:
 
     seen: Mask
     watched: Watched
-    reports: list[FrameReport] = field(default_factory=list)
+    reports: dict[int, FrameReport] = field(default_factory=dict)
+    seconds: list[float] = field(default_factory=list)
     wrong: dict[int, FrameReport] = field(default_factory=dict)
     are_empty: dict[int, bool] = field(default_factory=dict)
     dropped: int = 0
@@ -86,7 +88,8 @@ class Tally:
     def add(self, number: int, report: FrameReport, known: Mask) -> None:
         """Notes what was done for a frame; from both sides, that is reported twice."""
         self.seen |= known
-        self.reports.append(report)
+        self.reports[number] = report
+        self.seconds.append(report.seconds)
         self.are_empty[number] = _core.is_hardly_known(report.known, len(known))
         is_worse = report.quality == "ruined" or number not in self.wrong
         if report.known > 0 and report.quality != "good" and is_worse:

@@ -3,7 +3,7 @@
 from html import escape
 
 from .._errors import InputError
-from ..frame import check_any, rate
+from ..frame import check_any, rate, shares
 from ..sequence import Sequence
 from .page import framed, page
 
@@ -20,13 +20,10 @@ _SIZES = ((2000, 30), (1000, 30), (1000, 15), (500, 15))
 def shown(sequence: Sequence) -> str:
     """Returns HTML with a player, if there can be one, and a description of a sequence."""
     n_frames, n_vertices, _ = sequence.vertices.shape
-    known = "no masks"
-    if sequence.known is not None:
-        known = f"{100 * sequence.known.mean():.3g} %" if sequence.known.size else "nothing"
     rows = {
         "frames": f"{n_frames}, {rate(sequence.fps)}",
         "mesh": f"{n_vertices} vertices, {len(sequence.faces)} faces, {sequence.vertices.dtype}",
-        "known": known,
+        "known": shares(sequence.vertices, sequence.known),
         "generation and age": "no" if sequence.generation is None else "yes",
     }
     player = ""

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from .._arrays import Positions
 from .._checks import check_choice, check_positive
 from .._errors import InputError, locating
+from .._report import counted
 from ..frame import Frame, Frames, frame_at
 from ..header import RANGE, Axis, Header
 from .times import check_slice, indices_of
@@ -23,11 +24,13 @@ UNITS = {
 }  # fmt: skip
 """The names of units, in metres."""
 
+_SHORT = {"in": "inch", "ft": "foot", "yd": "yard"}
+
 
 def metres_of(value: object, argument: str = "unit") -> float:
     """Returns the metres of a unit: a name, or a number of metres."""
-    if isinstance(value, str) and value in UNITS:
-        return UNITS[value]
+    if isinstance(value, str) and (name := _SHORT.get(value, value)) in UNITS:
+        return UNITS[name]
     if isinstance(value, int | float) and not isinstance(value, bool) and 0 < value < math.inf:
         return float(value)
     raise InputError(
@@ -199,8 +202,8 @@ def check_same_mesh(other: Frames, reader: Frames) -> None:
         raise InputError(f"has {theirs} vertices, but {reader.path} has {ours}", file=other.path)
     if not np.array_equal(other.faces, reader.faces):
         raise InputError(f"has other faces than {reader.path}", file=other.path)
-    _check_alike(other, reader, "metres_per_unit", "unit in metres", "--to-unit")
-    _check_alike(other, reader, "up_axis", "up axis", "--to-up")
+    _check_alike(other, reader, "metres_per_unit", "unit in metres", "to_unit")
+    _check_alike(other, reader, "up_axis", "up axis", "to_up")
 
 
 def check_comparable(completed: Frames, reference: Frames) -> None:
@@ -209,19 +212,19 @@ def check_comparable(completed: Frames, reference: Frames) -> None:
     ours, truth = completed.n_frames, reference.n_frames
     if ours != truth:
         raise InputError(
-            f"has {ours} frames, but {reference.path} has {truth}", file=completed.path
+            f"has {counted(ours, 'frame')}, but {reference.path} has {truth}", file=completed.path
         )
-    _check_alike(completed, reference, "fps", "rate in frames per second", "--fps")
+    _check_alike(completed, reference, "fps", "rate in frames per second", "fps")
 
 
-def _check_alike(other: Frames, reader: Frames, name: str, what: str, option: str) -> None:
+def _check_alike(other: Frames, reader: Frames, name: str, what: str, argument: str) -> None:
     theirs, ours = getattr(other.header, name), getattr(reader.header, name)
     if None in (theirs, ours) or theirs == ours:
         return
     if isinstance(ours, str) or not math.isclose(theirs, ours, rel_tol=1e-5):  # rounded in files
         raise InputError(
-            f"its {what} is {theirs}, but {ours} in {reader.path}; dynmesh convert {option} {ours} "
-            "makes them alike",
+            f"its {what} is {theirs}, but {ours} in {reader.path}; dynmesh convert, with "
+            f"`{argument}` {ours}, makes them alike",
             file=other.path,
         )
 
@@ -246,6 +249,6 @@ def check_same_size(completed: Frames, reference: Frames) -> None:
         ours, theirs = pairs[0]
         raise InputError(
             f"is {ratio:.4g} times as large as {reference.path}, as if it were in {ours} and that "
-            f"in {theirs}; dynmesh convert --scale {1 / ratio:.4g} makes them comparable",
+            f"in {theirs}; dynmesh convert, with `scale` {1 / ratio:.4g}, makes them comparable",
             file=completed.path,
         )

@@ -117,9 +117,11 @@ class CompletionReport(Report):
         frames: number of frames.
         start: the number, in its file, of the whole frame from which completion started; None for a
             template.
-        completed: number of frames that were completed; from both sides, each counts twice.
-        seconds_per_frame: median time of :meth:`dynmesh.Completer.push`, without reading and
-            writing; None if there was nothing to complete.
+        completed: number of frames that were completed.
+        calls: number of calls of :meth:`dynmesh.Completer.push` for them; from both sides, about
+            twice as many.
+        seconds_per_frame: median time of such a call, without reading and writing; None if there
+            was nothing to complete.
         known: number of known vertices, summed over these frames. A whole frame from which
             completion starts is not among them.
         filled: number of vertices that were filled in.
@@ -138,6 +140,7 @@ class CompletionReport(Report):
     frames: int
     start: float | None
     completed: int
+    calls: int
     seconds_per_frame: float | None
     known: int
     filled: int
@@ -157,13 +160,12 @@ class CompletionReport(Report):
         if self.seconds_per_frame is None:
             yield "there is only one frame, so no other was completed"
             return
-        frames = min(self.completed, self.frames - (self.start is not None))
-        sides = self.completed > frames
-        how, each = (" from both sides", "for each side") if sides else ("", "each")
-        rate = frames / (self.completed * self.seconds_per_frame)
+        is_of_both = self.calls > self.completed
+        how, each = (" from both sides", "for each side") if is_of_both else ("", "each")
+        rate = self.completed / (self.calls * self.seconds_per_frame)
         good = "good; " if self.quality == "good" else ""
         yield (
-            f"{good}{counted(frames, 'frame')} completed{how} in "
+            f"{good}{counted(self.completed, 'frame')} completed{how} in "
             f"{1e3 * self.seconds_per_frame:.3g} ms {each} (median), "
             f"{rate:.0f} frames per second without reading and writing"
         )
@@ -190,8 +192,8 @@ class CompletionReport(Report):
             yield f"hardly anything was observed in {self.empty} of the frames"
         if self.dropped:
             yield (
-                f"{self.dropped} vertices were left missing, all frames together: their standard "
-                "error is too large"
+                f"{counted(self.dropped, 'vertex')} left missing, all frames together, since "
+                "their standard error is too large"
             )
 
 
@@ -224,6 +226,7 @@ def complete(
     Args:
         sequence: the incomplete sequence: a file, frames, a sequence in memory, positions (n, k, 3)
             or meshes; what was estimated in those that were completed before is estimated again.
+            Masks of arrays and meshes are those of a :class:`dynmesh.Sequence` of them.
         faces: of positions alone.
         start: the frame from which completion starts: "auto", the first without missing vertices,
             else the best; "best", which knows most vertices; or the number of a frame.
@@ -316,7 +319,7 @@ def _report(
     source: Frames, whole: StartFrame, tally: Tally, *, is_trained: bool
 ) -> CompletionReport:
     """Says what was done for all frames together."""
-    reports = tally.reports
+    reports = [*tally.reports.values()]
     estimated = [one for one in reports if one.known and one.filled] if is_trained else []
     counts = ("known", "filled", "disconnected", "rejected")
     quality, reason = verdict(tally, whole, source.header)
@@ -331,7 +334,8 @@ def _report(
         frames=source.n_frames,
         start=whole.number_in(source.header),
         completed=len(reports),
-        seconds_per_frame=float(np.median([one.seconds for one in reports])) if reports else None,
+        calls=len(tally.seconds),
+        seconds_per_frame=float(np.median(tally.seconds)) if reports else None,
         **{name: sum(getattr(one, name) for one in reports) for name in counts},
         held=tally.watched.held.count,
         empty=sum(tally.are_empty.values()),

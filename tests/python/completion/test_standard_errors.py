@@ -107,21 +107,23 @@ def test_uncertain_vertices_are_left_missing(tmp_path: Path) -> None:
         np.testing.assert_array_equal(found.vertices[expected], COMPLETED.vertices[expected])
         assert np.isnan(found.vertices[~expected]).all()
         assert report.dropped == np.count_nonzero(~expected)
-        assert any(f"{report.dropped} vertices were left" in line for line in report.lines())
+        assert any(f"{report.dropped} vertices left" in line for line in report.lines())
         assert found.standard_error is None
         assert (BARS[~expected] > drop_above).all()
     assert (limit == BARS).any()
     told = run("complete", source, tmp_path / "shell.npz", "--drop-above", str(drop_above)).stderr
     np.testing.assert_array_equal(dynmesh.read(tmp_path / "shell.npz").known, found.known)
-    assert f"{report.dropped} vertices were left missing" in told
+    assert f"{report.dropped} vertices left missing" in told
 
 
 @pytest.mark.parametrize("bidirectional", [False, True])
-def test_what_is_left_missing_counts_a_vertex_once(bidirectional: bool, tmp_path: Path) -> None:
+def test_a_vertex_of_a_frame_counts_once(bidirectional: bool, tmp_path: Path) -> None:
     source, target = tmp_path / "in.npz", tmp_path / "out.npz"
     dynmesh.write(source, PARTIAL)
     report = to_file.complete(source, target, drop_above=1e-9, bidirectional=bidirectional)
-    assert report.dropped == np.count_nonzero(~KNOWN)
+    missing = np.count_nonzero(~KNOWN)
+    assert (report.completed, report.known) == (len(KNOWN) - 1, KNOWN[1:].sum())
+    assert report.filled + report.disconnected == report.dropped == missing
 
 
 def test_evaluate_compares_them_with_the_truth(tmp_path: Path) -> None:

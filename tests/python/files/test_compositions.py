@@ -228,6 +228,11 @@ def test_meshes_of_other_libraries_are_a_sequence() -> None:
         np.testing.assert_array_equal(again.faces, completed.faces)
         np.testing.assert_array_equal(again.generation, completed.generation)
         assert dynmesh.complete(meshes).report.completed == 3
+        known = np.arange(again.vertices.shape[1]) % 2 > 0
+        half = dynmesh.Sequence(meshes, known=np.broadcast_to(known, again.vertices.shape[:2]))
+        np.testing.assert_array_equal(half[3].known, known)
+        with pytest.raises(ValueError, match="faces: are not those of the meshes"):
+            dynmesh.Sequence(meshes, half.known)
         with pytest.raises(ValueError, match="frame 2: has other vertices or faces than frame 0"):
             dynmesh.Sequence([*meshes[:2], getattr(sea(1, grid=5), back)(0)])
     with pytest.raises(TypeError, match="faces: are missing"):

@@ -113,7 +113,7 @@ def test_a_report_is_there_when_all_frames_were_made(files: Path) -> None:
     done = dynmesh.complete(files)
     iterator = iter(done)
     for _ in range(N - 1):
-        with pytest.raises(ValueError, match="report: there is none yet"):
+        with pytest.raises(ValueError, match="no report yet"):
             done.report  # noqa: B018
         next(iterator)
     next(iterator)

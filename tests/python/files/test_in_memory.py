@@ -92,7 +92,7 @@ SHOT = sea(6, start=10)
 @pytest.mark.parametrize(
     ("factor", "units"),
     [
-        (1000, "in mm and that in m; .* --scale 0.001 "),
+        (1000, "in mm and that in m; .* `scale` 0.001,"),
         (0.1, "in cm and that in mm"),
         (1 / 25.4, "in inch and that in mm"),
         (1.09, None),  # a yard to a metre, but a result may be as wrong as that

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..._checks import path_of
 from ..._errors import InputError, locating, require_all
-from ..._report import Report, some_of, tracked
+from ..._report import Report, counted, some_of, tracked
 from ...formats import PathLike
 from ...formats.times import are_clock_times, called, mean_rate
 from ...frame import Frames, frame_at
@@ -123,7 +123,7 @@ def page(
     if scans is not None:
         if scans.n_frames != reader.n_frames:
             raise InputError(
-                f"has {scans.n_frames} frames, but {reader.path} has {reader.n_frames}",
+                f"has {counted(scans.n_frames, 'frame')}, but {reader.path} has {reader.n_frames}",
                 file=scans.path,
             )
         factor = scan_factor(scans, scan_unit, reader)

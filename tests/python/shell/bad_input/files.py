@@ -213,6 +213,11 @@ _reading_and_writing = [
       for name in (f"none{'_%d' * one.is_per_frame}{one.suffixes[0]}" for one in FORMATS.values())),
     _open("a mesh that is not there", lambda _: dynmesh.open("scene.abc", prim="/no"), ValueError, "scene.abc:", "'/no'", "/mesh"),
     _write("no sequence", lambda _: dynmesh.write("new.npz", 5), TypeError, "frames:", "int"),  # type: ignore[arg-type]
+    *(of("Frame")(name, lambda w, given=given: dynmesh.Frame(**given(w)), (ValueError, TypeError), *told) for name, given, *told in (
+        ("positions of a plane", lambda w: {"points": w.points[:, :2]}, "points: must have shape", "(49, 2)"),
+        ("no positions", lambda _: {"points": "body.npz"}, "points:", "str"),
+        ("a mask that is too short", lambda w: {"points": w.points, "known": w.known[1:]}, "known: must have shape", "(48,)"),
+    )),
     _write("into a file", lambda w: dynmesh.write("body.npz/new.npz", w.sequence), NotADirectoryError, "body.npz is not a folder", "body.npz/new.npz"),
     _write("over a folder", lambda w: dynmesh.write("folder.npz", w.sequence), ValueError, "folder.npz:", "folder"),
     _write("a mask that was not announced", lambda w: _written(w, dynmesh.Frame(w.points, w.known)), ValueError, "frames: frame 0:", "mask"),
