@@ -25,6 +25,11 @@ _SHARE = 0.08
 """A plane holds at least this share of the points that are left; random triples miss planes that
 hold much less."""
 _FITS = 4
+_CELLS = 10
+_COVERED = 0.6
+"""A plane covers at least this share of a square of the subject's size, in so many cells a side.
+Slabs of a person and of a chest, a table or another person beside it cover up to 0.4 together, and
+floors 6 or more."""
 
 
 class Plane(NamedTuple):
@@ -73,18 +78,14 @@ def planes_of_background(
         lengths = np.linalg.norm(normals, axis=1, keepdims=True)
         normals /= np.where(lengths > 0, lengths, 1)
         every = -(-len(left) // _EXAMINED)
-        some, some_depths = left[::every], depths[::every]
+        some = left[::every]
         near = np.abs(some @ normals.T - (a * normals).sum(axis=1)) <= thickness
         counts = near.sum(axis=0) * (lengths[:, 0] > 0)
         # A part of the subject may hold more points than what is left of a wall.
         best = [i for i in np.argsort(-counts) if counts[i] >= max(3, _SHARE * len(some))]
-        wide = (i for i in best if np.linalg.norm(np.ptp(some[near[:, i]], axis=0)) > size)
+        wide = (i for i in best if is_large(some[near[:, i]], normals[i], size))
         result = (Plane(normals[i], float(a[i] @ normals[i]), thickness) for i in wide)
-        fitted = (
-            _fitted(plane, left, depths, thickness)
-            for plane in result
-            if extent_of(some[plane.holds(some, some_depths)]) > size
-        )
+        fitted = (_fitted(plane, left, depths, thickness) for plane in result)
         plane = next((one for one in fitted if _is_room(one, left, depths, size)), None)
         if plane is None:
             break
@@ -114,7 +115,7 @@ def _is_room(plane: Plane, points: Floats, depths: Floats, size: float) -> bool:
     """Whether so many points are on a plane, over more than the size of the subject."""
     inside = plane.holds(points, depths)
     enough = np.count_nonzero(inside) >= max(3, _SHARE * len(points))
-    return bool(enough and extent_of(points[inside]) > size)
+    return bool(enough and is_large(points[inside], plane.normal, size))
 
 
 def _fitted(plane: Plane, points: Floats, depths: Floats, most: float) -> Plane:
@@ -152,15 +153,20 @@ def _scatter(heights: Floats, depths: Floats) -> tuple[float, float]:
     return (float(near), float(growth)) if near > 0 else (0.0, float((found / squares).mean()))
 
 
-def extent_of(points: Positions) -> float:
-    """Returns about the diameter, without the outermost fifth.
+def is_large(points: Positions, normal: Floats, size: float) -> bool:
+    """Whether (n, 3) points of a plane reach farther than a subject, and cover enough.
 
-    A slab of the subject that continues into a wall is not large by this measure.
+    They reach as far as their diameter, without the outermost fifth: a slab of the subject that
+    continues into a wall is not large.
     """
     if len(points) == 0:
-        return 0.0
+        return False
     away = np.linalg.norm(points - np.median(points, axis=0), axis=1)
-    return 2 * float(np.quantile(away, 0.8))
+    if 2 * np.quantile(away, 0.8) <= size:
+        return False
+    across = np.linalg.svd(normal[None])[2][1:]
+    cells = np.floor(points @ across.T * (_CELLS / size))
+    return len(np.unique(cells, axis=0)) >= _COVERED * _CELLS**2
 
 
 Crop = float | tuple[float, float, float, float, float, float]

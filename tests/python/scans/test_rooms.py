@@ -2,9 +2,11 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+import trimesh
 from commands import dynmesh_command as run
 from meshes import potato, turned
 from scan_files import error, moving_body, room_around, scanned_in_a_room
@@ -126,6 +128,34 @@ def test_planes_of_a_room_are_found_and_a_flat_subject_is_kept() -> None:
     assert 20 < len(subject.points) < 0.05 * len(found.points)
     sheet = np.random.default_rng(0).random((2000, 3)) * [1, 1, 0]
     assert planes_of_background(sheet, thickness=0.1, size=float(np.sqrt(2))) == []
+
+
+def test_a_subject_in_a_line_with_other_things_is_no_plane_of_a_room() -> None:
+    """Its slabs and those of a chest, or of a table that touches it, reach as far as a wall."""
+    body = dynmesh.synth.walker()[:1]
+    low, high = body.vertices.min(axis=(0, 1)), body.vertices.max(axis=(0, 1))
+    floor = room_around(body.vertices[0]).faces[:2], room_around(body.vertices[0]).vertices[:4]
+    chest, table = (
+        trimesh.creation.box(bounds=low + np.array(corners))
+        for corners in (
+            [[-0.1, 0.9, 0.01], [0.5, 1.3, 0.5]],
+            [[-0.2, high[1] - low[1] - 0.01, 0.9], [0.6, 1.2, 0.93]],
+        )
+    )
+    for things in ([], [chest], [table]):
+        parts = [(body.faces, body.vertices[0]), floor, *((t.faces, t.vertices) for t in things)]
+        firsts = np.cumsum([0, *(len(points) for _, points in parts)])
+        faces = np.concatenate([own + n for (own, _), n in zip(parts, firsts, strict=False)])
+        points = np.concatenate([points for _, points in parts])
+        (camera,) = losses.orbit(body.vertices[0], 1)(0)
+        size: Any = {"width": 200, "height": 150, "noise": 0.1}
+        (alone,) = losses.depth_images(body.vertices, body.faces, [camera], **size)
+        (scan,) = losses.depth_images([points], faces, [camera], **size)
+        left: Any = Background(None, True).enter(scan, body.faces, body.vertices[0])
+        own = (alone.depth[0] > 0) & (np.abs(alone.depth[0] - scan.depth[0]) < 0.02)
+        assert (left.depth[0] > 0)[own].mean() > 0.98
+        away = np.count_nonzero(scan.depth[0]) - np.count_nonzero(left.depth[0])
+        assert away > np.count_nonzero(own)  # the floor
 
 
 def test_a_plane_is_thicker_where_depth_cameras_are_noisier() -> None:
