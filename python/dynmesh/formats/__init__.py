@@ -88,9 +88,8 @@ def open(
         faces: a mesh with the faces, if the file holds only positions.
         prim: the path of the mesh, if the file holds several (USD, Alembic); or, of USD, several
             paths, or "all": they are one mesh then, in the space of the scene.
-        known: which vertices are known, bool (n, k) in a .npy file, or known in a .npz file; or a
-            text file of vertices that are not, in lines "frame vertex vertex ...", where the frame
-            ``*`` stands for all; or, of USD, a primvar, such as ``primvars:tracked``.
+        known: which vertices are known, bool (n, k) in a .npy file, or known in a .npz file; or, of
+            USD, a primvar, such as ``primvars:tracked``.
         missing: a number, such as -999, or "zero": vertices are missing of which all three
             coordinates are exactly that.
         least_confidence: the least value that counts as known, if the known masks are confidences:

@@ -3,21 +3,17 @@
 from collections.abc import Iterator
 from dataclasses import replace
 from os import PathLike
-from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .._arrays import Mask, mask_in_file
 from .._checks import as_array, path_of
-from .._errors import InputError, locating, naming, of_library
+from .._errors import locating, naming, of_library
 from ..frame import FileFrames, Frame, Indices, Stored
-from ..header import ATTRIBUTES, Header
+from ..header import ATTRIBUTES
 from .npz import arrays_in
 from .rows import read_header
-from .text import lines_in, number_of, words_in
-from .times import index_of
 
 
 class MaskedFrames(FileFrames):
@@ -39,10 +35,7 @@ class MaskedFrames(FileFrames):
         shape = (reader.n_frames, reader.n_vertices)
         self._mask_files = [path_of("known", known)] if isinstance(known, str | PathLike) else []
         self._known: Mask | None = None
-        self._damaged: Damaged = {}
-        if self._mask_files and self._mask_files[0].suffix.lower() not in (".npy", ".npz"):
-            self._damaged = _listed(self._mask_files[0], reader.header)
-        elif known is not None:
+        if known is not None:
             self._known = _load(self._mask_files[0] if self._mask_files else known, shape)
         read = [*reader.files, *self._mask_files]
         header = replace(reader.header, attributes=["known", *reader.header.attributes])
@@ -58,10 +51,6 @@ class MaskedFrames(FileFrames):
                 file = self._mask_files[0] if self._mask_files else None
                 with locating(frame=self.header.number(number), file=file):
                     known = mask_in_file(np.array(self._known[number]), self.least_confidence)
-            for listed in (None, number):
-                if listed in self._damaged:
-                    known = known.copy()
-                    known[self._damaged[listed]] = False
             if self._missing is not None:
                 known = known & (frame.points != self._missing).any(axis=1)
             if number in self.lost:
@@ -70,37 +59,6 @@ class MaskedFrames(FileFrames):
 
     def _close(self) -> None:
         self._reader.close()
-
-
-Damaged: TypeAlias = dict[int | None, NDArray[np.int64]]
-"""Vertices that are not known, by the frame, counted from 0; None stands for all frames."""
-
-
-def _listed(path: Path, header: Header) -> Damaged:
-    """Reads a text file with lines "frame vertex vertex ...", in which * stands for all frames."""
-    results: dict[int | None, list[int]] = {}
-    with naming(path):
-        for number, line in enumerate(lines_in(path), 1):
-            words = words_in(line)
-            if not words:
-                continue
-            try:
-                frame = None if words[0] == "*" else number_of(words[0], number)
-                vertices = [number_of(word, number) for word in words[1:]]
-                if any(vertex % 1 for vertex in vertices):
-                    raise InputError(line)
-            except ValueError:
-                message = f"line {number}: must be a frame, or *, and numbers of vertices"
-                raise InputError(f"{message}, not {line[:60]!r}") from None
-            at = None if frame is None else index_of(header, frame, f"line {number}")
-            outside = [vertex for vertex in vertices if not 0 <= vertex < header.n_vertices]
-            if outside:
-                raise InputError(
-                    f"line {number}: there is no vertex {outside[0]:.15g}, only 0 to "
-                    f"{header.n_vertices - 1}"
-                )
-            results.setdefault(at, []).extend(map(int, vertices))
-    return {at: np.array(own, np.int64) for at, own in results.items()}
 
 
 def _load(known: Any, shape: tuple[int, int]) -> Mask:

@@ -3,19 +3,18 @@
 It holds `vertices`, `faces` and, optionally, the other attributes of a :class:`dynmesh.Sequence`,
 with the same names; polygons are `polygon_sizes` and `polygon_corners`. A folder or a pattern of
 several archives is a sequence with a frame in each, which can only be read.
+
+An archive gives the bytes of an array in order; a frame before the last one that was read is found
+from the beginning again.
 """
 
 import contextlib
 import shutil
-import struct
-import tempfile
 import weakref
 import zipfile
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from threading import Lock
-from typing import IO, Any
-from zipfile import ZIP_STORED, ZipFile
+from typing import Any
 
 import numpy as np
 from numpy.lib import format as npy
@@ -35,77 +34,9 @@ from .rows import (
     header_of,
     kinds_per_frame,
     per_frame,
-    read_at,
     write_rows,
 )
 from .text import Metadata
-
-_LENGTHS = struct.Struct("<26xHH")
-"""Of the name and of the extra field, in the header before a member."""
-
-
-class Member:
-    """A member of an archive.
-
-    An archive gives its bytes in order, and compares their checksum at the end. Once more than half
-    of them were skipped, the checksum is compared, and they are unpacked into a temporary file; if
-    they are not compressed, they are then read where they are.
-
-    Attributes:
-        size: in bytes, when it is unpacked.
-    """
-
-    def __init__(self, archive: ZipFile, name: str, file: IO[bytes], lock: Lock) -> None:
-        self._archive, self._info = archive, archive.getinfo(name)
-        self._file, self._lock = file, lock
-        self.size = self._info.file_size
-        self._left_to_skip = self.size / 2
-        self._plain: IO[bytes] | None = None
-        self._begin = 0
-
-    def open(self) -> IO[bytes]:
-        """Opens it to be read in order, or by `read_at`."""
-        return self._archive.open(self._info)
-
-    def read_at(self, packed: IO[bytes], place: int, size: int) -> bytes:
-        """Reads some bytes, of what `open` returned."""
-        if self._plain is None:
-            ahead = place - packed.tell()
-            self._left_to_skip -= ahead if ahead >= 0 else place
-            if self._left_to_skip < 0:
-                with contextlib.suppress(OSError):  # no space: it is read in order, as before
-                    self._unpack()
-        if self._plain is None:
-            return read_at(packed, place, size)
-        with self._lock:
-            return read_at(self._plain, self._begin + place, size)
-
-    def _unpack(self) -> None:
-        with self.open() as packed:
-            if self._info.compress_type != ZIP_STORED:
-                self._plain = _copied(packed)
-                return
-            while packed.read(1 << 18):
-                pass
-        with self._lock:
-            header = read_at(self._file, self._info.header_offset, _LENGTHS.size)
-            self._begin = self._info.header_offset + len(header) + sum(_LENGTHS.unpack(header))
-            self._plain = self._file
-
-    def close(self) -> None:
-        """Removes the temporary file."""
-        if self._plain is not None:
-            self._plain.close()
-
-
-def _copied(packed: IO[bytes]) -> IO[bytes]:
-    """Returns a temporary file with the same content."""
-    with contextlib.ExitStack() as stack:
-        plain = stack.enter_context(tempfile.TemporaryFile())
-        shutil.copyfileobj(packed, plain)
-        stack.pop_all()  # it stays open
-    return plain
-
 
 _TRIED = "is damaged or not an .npz archive"
 
@@ -118,17 +49,11 @@ class NpzFrames(RowsFrames):
 
     def __init__(self, path: Path) -> None:
         with contextlib.ExitStack() as stack, of_library(_TRIED):
-            file = stack.enter_context(path.open("rb"))
             self._archive = stack.enter_context(zipfile.ZipFile(path))
             check_members(self._archive, path)
-            lock = Lock()
-            self._members = {
-                name.removesuffix(".npy"): Member(self._archive, name, file, lock)
-                for name in self._archive.namelist()
-            }
+            every = self._archive.infolist()
+            self._members = {one.filename.removesuffix(".npy"): one for one in every}
             super().__init__(path, self._header())
-            for member in self._members.values():
-                stack.callback(member.close)
             self._closing = weakref.finalize(self, stack.pop_all().close)
 
     def _header(self) -> Header:
@@ -148,9 +73,9 @@ class NpzFrames(RowsFrames):
     def _open_rows(self, name: str) -> Iterator[Rows]:
         """Opens the array with that name, whose size must be as its header declares."""
         member = self._members[name]
-        with member.open() as file:
+        with self._archive.open(member) as file:
             try:
-                rows = Rows(file, member.size, member.read_at)
+                rows = Rows(file, member.file_size)
             except ValueError as error:
                 raise InputError(f"{error}", argument=name) from error
             yield rows

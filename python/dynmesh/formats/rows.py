@@ -129,20 +129,11 @@ def read_header(file: IO[bytes]) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
     return shape, by_columns, dtype
 
 
-def read_at(file: IO[bytes], place: int, size: int) -> bytes:
-    """Reads some bytes of a file."""
-    if file.tell() != place:
-        file.seek(place)
-    return file.read(size)
-
-
 class Rows:
     """An array in a file or in a member of an archive, whose rows are read one at a time."""
 
-    def __init__(
-        self, file: IO[bytes], size: int, at: Callable[[IO[bytes], int, int], bytes] = read_at
-    ) -> None:
-        self._file, self._at = file, at
+    def __init__(self, file: IO[bytes], size: int) -> None:
+        self._file = file
         self.shape, self.by_columns, self.dtype = read_header(file)
         if min(self.shape, default=0) < 0:
             raise InputError(f"declares an array of shape {self.shape}")
@@ -168,7 +159,9 @@ class Rows:
         if self.by_columns:
             return native(np.ascontiguousarray(self._whole[number]))
         place = self._begin + number * self._row_size
-        data = self._at(self._file, place, self._row_size)
+        if self._file.tell() != place:
+            self._file.seek(place)
+        data = self._file.read(self._row_size)
         if len(data) < self._row_size:
             raise InputError(f"ends in the middle of frame {number} of {self.shape[0]}")
         return native(np.frombuffer(data, self.dtype).reshape(self.shape[1:]))

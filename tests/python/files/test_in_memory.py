@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import pytest
 import to_file
-from commands import dynmesh_command as run
 from meshes import sheet
 from sequences import assert_same, sea
 
@@ -156,28 +155,3 @@ def test_a_slice_cuts_everything_alike(frames: slice, timed: bool) -> None:
     np.testing.assert_array_equal(part.header.numbers, numbers)
     assert part.start == (numbers[0] if len(part) else 1001 + frames.indices(10)[0])
     assert (part.times is None) == (not timed and frames.step is None)
-
-
-def test_damaged_vertices_are_listed_in_lines_of_text(tmp_path: Path) -> None:
-    spoilt = SHOT.vertices.copy()
-    spoilt[:, [3, 4]] += 9
-    spoilt[2, 70:72] += 9
-    dynmesh.write(tmp_path / "in.npz", replace(SHOT, vertices=spoilt))
-    whole = replace(SHOT[:1], start=0)
-    dynmesh.write(tmp_path / "whole.obj", whole)
-    mask = tmp_path / "damaged.txt"
-    mask.write_text("# found by eye\n* 3 4\n\n12 70 71\n")
-    known = dynmesh.read(tmp_path / "in.npz", known=mask).known
-    assert known is not None
-    expected = np.ones(known.shape, np.bool_)
-    expected[:, [3, 4]] = expected[2, 70:72] = False
-    np.testing.assert_array_equal(known, expected)
-    np.savez(tmp_path / "mask.npz", known=expected)
-    again = dynmesh.read(tmp_path / "in.npz", known=tmp_path / "mask.npz").known
-    np.testing.assert_array_equal(np.asarray(again), expected)
-    with pytest.raises(ValueError, match=r"in\.npz: has no array 'known'"):
-        dynmesh.read(tmp_path / "in.npz", known=tmp_path / "in.npz")
-    words = ("complete", tmp_path / "in.npz", tmp_path / "out.npz", "--mask", mask)
-    run(*words, "--template", tmp_path / "whole.obj")
-    made = dynmesh.read(tmp_path / "out.npz").vertices
-    assert np.abs(made - SHOT.vertices).max() < 0.2

@@ -47,7 +47,6 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     nerf = {"fl_x": 30, "fl_y": 30, "cx": 16, "cy": 12, "h": 24, "frames": images}
     (folder / "transforms.json").write_text(json.dumps(nerf))
     (folder / "path.txt").write_text("".join(f"{i} 0 0 {i} 0 0 0 1\n" for i in range(3)))
-    (folder / "lost.txt").write_text("# lost\n* 3 4\n1 2 3\n")
     np.save(folder / "known.npy", np.ones((3, 64), bool))
     (folder / "quality.csv").write_text("frame,quality,reason\n0,good,\n1,doubtful,why\n2,good,\n")
     (folder / "jobs.csv").write_text("input,output,start,training\nsea.npz,sea.npz,0,a;b\n")
@@ -66,7 +65,6 @@ READING = {
     "transforms.json": "track images out.npz --template body.ply --cameras transforms.json",
     "path.txt": "track images out.npz --template body.ply --cameras path.txt",
     "marks.json": "register body.ply scans/frame_00000.ply out.npz --landmarks marks.json",
-    "lost.txt": "convert sea.npz out.npz --mask lost.txt",
     "known.npy": "convert sea.npz out.npz --mask known.npy",
     "quality.csv": "view sea.npz -o out.html --quality quality.csv",
     "jobs.csv": "batch jobs.csv",

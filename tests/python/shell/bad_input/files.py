@@ -28,12 +28,6 @@ from dynmesh.scans import (
 
 from .case import Case, World, of, without_rights
 
-_LISTS = {
-    "2 3\n2 x\n": "line 2: must be a frame",
-    "* 49\n": "line 1: there is no vertex 49, only 0 to 48",
-    "9 1\n": "line 1: there is no frame 9",
-}
-"""What is in a file of damaged vertices, and what is said of it."""
 _POSE = np.diag([1.0, -1, -1, 1])
 _CAMERA = ScanCamera("left", _POSE, np.array([[500.0, 0, 320], [0, 500, 240], [0, 0, 1]]), 0.001)
 
@@ -121,8 +115,6 @@ def prepare(world: World) -> None:
     np.save(folder / "mask.npy", np.ones((3, 48), bool))
     (folder / "text.npy").write_text("hello")
     np.save(folder / "known.npy", every)
-    for number, text in enumerate(_LISTS):
-        (folder / f"damaged_{number}.txt").write_text(text, "latin-1")
     np.save(folder / "bare.npy", sequence.vertices)
     dynmesh.write(folder / "walk" / "frame_%04d.ply", sequence)
     for suffix in ("usda", "abc"):
@@ -207,7 +199,6 @@ _reading_and_writing = [
     _read("`prim` for a file with one mesh", lambda _: dynmesh.read("body.npz", prim="/a"), ValueError, "body.npz:", "prim"),
     _read("`known`: a file with too few", lambda _: dynmesh.read("body.npz", known="mask.npy"), ValueError, "mask.npy: known:", "(3, 48)"),
     _read("`known`: a file of text", lambda _: dynmesh.read("body.npz", known="text.npy"), ValueError, "text.npy:", "mask"),
-    *(_read(f"`known`: {text!r}", lambda _, n=n: dynmesh.read("body.npz", known=f"damaged_{n}.txt"), ValueError, f"damaged_{n}.txt: {told}") for n, (text, told) in enumerate(_LISTS.items())),
     *(_open(f"`{name}={bad}`", lambda _, name=name, bad=bad: dynmesh.open("body.npz", **{name: bad}), (ValueError, TypeError), f"{name}: must be") for name in ("missing", "least_confidence") for bad in (np.nan, "nought", True)),
     *(_open(f"{name}, which is not there", lambda _, name=name: dynmesh.open(name), FileNotFoundError, name)
       for name in (f"none{'_%d' * one.is_per_frame}{one.suffixes[0]}" for one in FORMATS.values())),
