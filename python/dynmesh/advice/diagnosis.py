@@ -82,10 +82,6 @@ KINDS = {
         "vertex", "at exactly the position of another vertex in the first frame",
         "No edge joins the sides of a cut there, which are completed separately and may open.",
     ),
-    "first_vertex_unused": Kind(
-        "vertex", "in no face, and it is the first",
-        "Faces that count vertices from 1 refer to the wrong ones.",
-    ),
     "non_manifold_edges": Kind("triangle", "at edges with two others", _ACROSS),
     "non_manifold_vertices": Kind(
         "triangle", "at vertices where sheets touch in a single point", _ACROSS
@@ -96,29 +92,16 @@ KINDS = {
 
 
 @dataclass(frozen=True, eq=False)
-class Where:
-    """The vertices, faces and frames of a finding, ascending, at most `MOST_PLACES` of each.
-
-    Attributes:
-        vertices: int64
-        faces: int64, rows of the sequence's triangles.
-        frames: int64, counted from 0; messages and JSON have their numbers in the file.
-    """
-
-    vertices: NDArray[np.int64]
-    faces: NDArray[np.int64]
-    frames: NDArray[np.int64]
-
-
-@dataclass(frozen=True, eq=False)
 class Finding:
     """One problem of a sequence.
 
     Attributes:
-        code: identifies the problem, for programs; the codes do not change.
+        code: names the problem.
         severity: how much it matters.
         count: how many there are of what the message counts.
-        where: the first of them.
+        vertices: int64, ascending, at most `MOST_PLACES`.
+        faces: the same, rows of the sequence's triangles.
+        frames: the same, counted from 0; messages and JSON have their numbers in the file.
         message: what was found, in a sentence.
         advice: the effect on completion, and what to do.
         worst: the worst value, in the unit that docs/diagnosis.md lists for this code, or None.
@@ -127,7 +110,9 @@ class Finding:
     code: str
     severity: Severity
     count: int
-    where: Where
+    vertices: NDArray[np.int64]
+    faces: NDArray[np.int64]
+    frames: NDArray[np.int64]
     message: str
     advice: str
     worst: float | None = None
@@ -135,8 +120,7 @@ class Finding:
     def as_dict(self, header: Header) -> dict[str, Any]:
         """Returns what JSON has."""
         described: dict[str, Any] = as_json(self)
-        described["where"]["frames"] = [header.number(int(frame)) for frame in self.where.frames]
-        return described
+        return described | {"frames": [header.number(int(frame)) for frame in self.frames]}
 
 
 def found(
@@ -152,20 +136,21 @@ def found(
     **words: object,
 ) -> Finding:
     """Makes a finding; without a `count`, of the first of these places. `words` enter its text."""
-    kind, places = KINDS[code], [np.asarray(one, np.int64) for one in (vertices, faces, frames)]
-    count = count or next(len(one) for one in places if len(one))
+    kind, given = KINDS[code], {"vertices": vertices, "faces": faces, "frames": frames}
+    places: dict[str, Any] = {name: np.asarray(one, np.int64) for name, one in given.items()}
+    count = count or next(len(one) for one in places.values() if len(one))
     words = {"worst": None if worst is None else f"{worst:.3g}", **words}
     message = f"{counted(count, kind.noun)} {kind.text.format(**words)}"
-    message += f", in {few_frames(places[2], header)}" if len(places[2]) else ""
+    message += f", in {few_frames(places['frames'], header)}" if len(places["frames"]) else ""
     named = [few(what, one) for what, one in (("vertex", vertices), ("face", faces)) if len(one)]
     return Finding(
-        code,
-        severity or kind.severity,
-        count,
-        Where(*(one[:MOST_PLACES] for one in places)),
-        ": ".join([message, *named]) + ".",
-        kind.effect.format(**words),
-        worst,
+        code=code,
+        severity=severity or kind.severity,
+        count=count,
+        message=": ".join([message, *named]) + ".",
+        advice=kind.effect.format(**words),
+        worst=worst,
+        **{name: one[:MOST_PLACES] for name, one in places.items()},
     )
 
 
@@ -237,11 +222,9 @@ class Diagnosis:
         def measures(values: NDArray[np.float64], **of: Any) -> dict[str, float | None]:
             return {name: float(one(values)) if len(values) else None for name, one in of.items()}
 
+        of_mesh = {} if topology is None else as_json(topology)
+        of_mesh |= {"refused_faces": topology and len(topology.refused_faces)}
         return {
-            "schema": "dynmesh-diagnosis",
-            "version": 1,
-            "severity": self.findings[0].severity if self.findings else None,
-            "counts": self.counts,
             "findings": [one.as_dict(header) for one in self.findings],
             "sequence": {
                 "frames": header.n_frames,
@@ -251,13 +234,8 @@ class Diagnosis:
                 **{name: as_json(getattr(header, name)) for name in _STATED},
             },
             "mesh": {
-                "components": topology and topology.components,
-                "isolated_vertices": topology and topology.isolated_vertices,
-                "boundary_edges": topology and topology.boundary_edges,
-                "closed": topology and topology.boundary_edges == 0,
-                "refused_faces": topology and len(topology.refused_faces),
+                **of_mesh,
                 "triangles": len(header.faces),
-                "polygons": None if header.polygons is None else len(header.polygons.sizes),
                 "diagonal": self.diagonal,
                 "mean_edge": self.mean_edge,
             },
@@ -391,9 +369,6 @@ class _Watch:
         if self.topology is None:
             yield found("no_faces", self.header, count=len(self.first))
             return
-        is_first = self.ends.min(initial=len(self.first)) == 1
-        if self.topology.isolated_vertices == 1 and is_first:
-            yield found("first_vertex_unused", self.header, vertices=[0])
         for kind, code in _REFUSED.items():
             faces = [face.index for face in self.topology.refused_faces if face.kind == kind]
             if faces:

@@ -1,20 +1,16 @@
 """What a sequence is, and what is wrong with it."""
 
 import os
-from collections.abc import Iterable, Iterator, Mapping
-from contextlib import closing
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from textwrap import wrap
 from typing import Any
 
-import numpy as np
-
 from .. import formats
-from .._errors import InputError
 from .._options import Input, Output
-from .._report import Quality, Report, aligned, as_json, percent, some_of
+from .._report import Quality, Report, aligned, some_of
 from ..advice.diagnosis import Diagnosis, diagnose
-from ..formats import OneSequence, PathLike, Source
+from ..formats import OneSequence, Source
 from ..formats.times import spacing
 from ..frame import Frames
 from ..polygons import Faces
@@ -22,37 +18,6 @@ from ..polygons import Faces
 _WIDTH = 80  # of findings, which are long
 _MOST_NAMES = 5
 _ERRORS_OF = {"position": "of coordinates", "surface": "of distances from the surface"}
-
-
-@dataclass(frozen=True, kw_only=True)
-class MeshRow:
-    """A mesh among several.
-
-    Attributes:
-        moves: whether its points change.
-        frames: number of frames; 0 if they could not be read, like all that follows.
-        first: number of the first frame.
-        last: number of the last frame.
-        vertices: number of vertices.
-        missing: the share of them that are missing, over all frames.
-        metres_per_unit: the unit of length of its points, or None if that is unknown.
-    """
-
-    moves: bool
-    frames: int = 0
-    first: float = 0
-    last: float = 0
-    vertices: int = 0
-    missing: float = 0.0
-    metres_per_unit: float | None = None
-
-    def cells(self) -> list[str]:
-        """Its frames, vertices, what is missing, and its unit."""
-        if not self.frames:
-            return ["moves" if self.moves else "does not move"]
-        span = f"{self.first:g} to {self.last:g}" if self.moves else "does not move"
-        missing = percent(self.missing) if self.missing else "nothing"
-        return [span, str(self.vertices), missing, _unit(self.metres_per_unit)]
 
 
 def _unit(metres: float | None) -> str:
@@ -65,14 +30,14 @@ class InfoReport(Report):
 
     Attributes:
         format: the name of the format; "memory" of frames that are no file.
-        meshes: those of a file with several, by their paths.
+        meshes: the paths of those of a file with several, and whether each moves.
         files: which files of a folder or a pattern are frames.
         not_read: the other files and folders in a folder.
         diagnosis: of the mesh; None if none was chosen.
     """
 
     format: str
-    meshes: Mapping[str, MeshRow]
+    meshes: Mapping[str, bool]
     files: str = ""
     not_read: tuple[str, ...] = ()
     diagnosis: Diagnosis | None = None
@@ -81,8 +46,8 @@ class InfoReport(Report):
         """Describes the sequence, and lists the findings with advice."""
         messages = list[str]()
         if self.meshes:
-            head = ["mesh", "frames", "vertices", "missing", "unit"]
-            messages = aligned([head, *([name, *row.cells()] for name, row in self.meshes.items())])
+            told = {True: "moves", False: "does not move"}
+            messages = aligned([[name, told[moves]] for name, moves in self.meshes.items()])
         if self.diagnosis is None:
             return [*messages, *super().lines()]
         rows = {"format": self.format}
@@ -101,7 +66,7 @@ class InfoReport(Report):
 
     def to_dict(self) -> dict[str, Any]:
         """Returns the diagnosis and the meshes as values that JSON has."""
-        meshes = {"meshes": as_json(self.meshes)} if self.meshes else {}
+        meshes = {"meshes": dict(self.meshes)} if self.meshes else {}
         if self.diagnosis is None:
             return meshes
         values = self.diagnosis.as_dict() | meshes
@@ -122,8 +87,8 @@ def info(
 
     An error prevents completion. A warning means that the result will be less accurate or that the
     data is probably faulty. docs/diagnosis.md explains all of them. Of a file with several meshes
-    (USD, Alembic), it lists these, with their frames, holes and units, and describes the one that
-    moves; if there are several such, `prim` in `source` chooses one.
+    (USD, Alembic), it lists these and describes the one that moves; if there are several such,
+    `prim` in `source` chooses one, or several together.
 
     Args:
         sequence: a file, a folder, a pattern such as 'scans/*.ply', or frames.
@@ -133,19 +98,14 @@ def info(
         progress: whether to show on standard error how far it is.
     """
     source = source or {}
-    name, moves, prim = "memory", dict[str, bool](), source.get("prim")
-    if not isinstance(prim, str | None):
-        prim = next(iter(names)) if len(names := [*prim]) == 1 else names
+    name, moves = "memory", dict[str, bool]()
     if isinstance(sequence, str | os.PathLike):
         name = formats.format_of(sequence, source.get("format")).name
         moves = dict(formats.meshes_of(sequence, source.get("format")))
-    several, problem = dict[str, MeshRow](), tuple[str, ...]()
-    is_one = isinstance(prim, str) and prim != "all"
-    if isinstance(sequence, str | os.PathLike) and len(moves) > 1 and not is_one:
-        several, problem = _meshes(sequence, moves, prim or "all", source)
-        if prim is not None or (sum(moves.values()) != 1 and not strict):
-            message = "`prim` describes one of them, by its path"
-            return InfoReport(format=name, meshes=several, remarks=(*problem, message))
+    several = moves if len(moves) > 1 else {}
+    if several and source.get("prim") is None and sum(moves.values()) != 1 and not strict:
+        message = "`prim` describes one of them, by its path"
+        return InfoReport(format=name, meshes=several, remarks=(message,))
     with formats.opened(sequence, shared={"faces": faces}, **source) as reader:
         diagnosis = diagnose(reader, progress=progress)
         files, others = _files_of(reader)
@@ -158,42 +118,8 @@ def info(
         files=files,
         not_read=others,
         diagnosis=diagnosis,
-        remarks=(*problem, *remarks),
+        remarks=remarks,
     )
-
-
-def _meshes(
-    path: PathLike, moves: Mapping[str, bool], prim: str | Iterable[str], source: Source
-) -> tuple[dict[str, MeshRow], tuple[str, ...]]:
-    """Describes several meshes, or says why one of them cannot be read."""
-    names = [*moves] if prim in ("all", ["all"]) else [*prim]
-    rows = {name: MeshRow(moves=moves.get(name, False)) for name in names}
-    how: Source = {**source}
-    is_usd = "primvar" in formats.format_of(path, source.get("format")).takes
-    if is_usd:
-        how["gaps"] = "lost"
-    try:
-        for one_or_more in [prim] if is_usd else names:
-            how["prim"] = one_or_more
-            with formats.open(path, **how) as frames:
-                for name, one in (frames.each or {str(frames.header.name): frames}).items():
-                    header = one.header
-                    with closing(one.frames()) as every:
-                        lost = float(np.mean([1 - frame.present.mean() for frame in every]))
-                    rows[name] = MeshRow(
-                        moves=moves[name],
-                        frames=header.n_frames,
-                        first=header.number(0),
-                        last=header.number(header.n_frames - 1),
-                        vertices=header.n_vertices,
-                        missing=lost,
-                        metres_per_unit=header.metres_per_unit,
-                    )
-    except InputError as error:
-        if error.argument == "prim":
-            raise
-        return rows, (str(error),)
-    return rows, ()
 
 
 def _files_of(frames: Frames) -> tuple[str, tuple[str, ...]]:
@@ -227,11 +153,8 @@ def _facts(diagnosis: Diagnosis) -> Iterator[tuple[str, str]]:
         step = spacing(header.times.tolist())
         yield "times of frames", f"{span}, {f'{step:g} apart' if step else 'not evenly spaced'}"
     yield "vertices", f"{header.n_vertices}, {header.dtype}"
-    if header.polygons is None:
-        yield "faces", str(len(header.faces))
-    else:
-        n_polygons = len(header.polygons.sizes)
-        yield "faces", f"{n_polygons} polygons, cut into {len(header.faces)} triangles"
+    cut = f", of {len(header.polygons.sizes)} polygons" if header.polygons else ""
+    yield "triangles", f"{len(header.faces)}{cut}"
     yield "up axis", header.up_axis or f"unknown; probably {diagnosis.likely_up}"
     yield "unit of length", _unit(header.metres_per_unit)
     yield "name", header.name or "unknown"

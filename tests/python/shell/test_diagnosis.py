@@ -74,9 +74,6 @@ MESHES: dict[str, tuple[Any, Any, Expected]] = {
         [(5, 5, 2), (6, 5, 2)], [[65, 144, 145]], Expected(1, faces=[242])
     ),
     "degenerate_faces": ([], [[5, 5, 6], [7, 7, 7]], Expected(2, faces=[242, 243])),
-    "first_vertex_unused": (
-        np.concatenate([[(5, 5, 2)], sheet(12).vertices]), sheet(12).faces + 1, Expected(1, [0])
-    ),
     "no_faces": (SOUND.vertices[0], np.empty((0, 3), int), Expected(144)),
 }  # fmt: skip
 """Vertices and faces, in lists those that are added to a sheet of 144."""
@@ -123,7 +120,7 @@ def test_what_is_broken_is_found_where_it_is(code: str) -> None:
     for name in ("vertices", "faces", "frames"):
         places = getattr(expected, name)
         if places is not None:
-            assert getattr(finding.where, name).tolist() == places
+            assert getattr(finding, name).tolist() == places
 
 
 @pytest.mark.parametrize(
@@ -170,7 +167,7 @@ def test_most_outliers_are_found_and_nothing_else() -> None:
     (finding,) = diagnosed(replace(WALKER, vertices=frames)).findings
     assert finding.code == "outliers"
     assert 0.9 * astray.sum() < finding.count <= astray.sum()
-    assert not set(finding.where.vertices) - set(np.flatnonzero(astray.any(axis=0)))
+    assert not set(finding.vertices) - set(np.flatnonzero(astray.any(axis=0)))
 
 
 def test_no_exact_position_is_an_outlier_where_a_surface_bends_strongly() -> None:
@@ -207,7 +204,7 @@ def test_a_held_limb_is_found_and_left_out(noise: float) -> None:
     held = replace(WALKER, vertices=vertices)
     held.vertices[5:, foot] = vertices[4, foot]
     finding = next(one for one in diagnosed(held[:12]).findings if one.code == "held")
-    assert set(finding.where.vertices) <= set(np.flatnonzero(foot))
+    assert set(finding.vertices) <= set(np.flatnonzero(foot))
     assert finding.count > 0.9 * 7 * foot.sum()
     left, taken = (
         dynmesh.complete(held[:12], reject_outliers=rejects) for rejects in (True, False)
@@ -250,7 +247,7 @@ def test_the_findings_agree_with_the_core(mesh: Mesh) -> None:
     found = {finding.code: finding for finding in diagnosis.findings}
 
     def places(code: str) -> list[int]:
-        return found[code].where.faces.tolist() if code in found else []
+        return found[code].faces.tolist() if code in found else []
 
     refused = topology.refused_faces
     for code, kind in (
