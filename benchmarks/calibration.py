@@ -4,8 +4,7 @@
 
 Vertices are known at random (10 % and 30 %), seen by a circling camera, or hidden by patches (30 %,
 each for ten frames). The table shows the shares of the filled-in vertices whose error is within the
-intervals of 50 % and of 90 %, and the rank correlation of error with standard error and with
-generation, the mean over frames.
+intervals of 50 % and of 90 %.
 """
 
 import argparse
@@ -16,7 +15,7 @@ from dynmesh import Completer, losses
 from dynmesh._arrays import Mask
 from dynmesh.verbs.evaluate import Calibrating, Calibration
 
-from .harness import ABSENT, Table, by_row_and_column, progress, sequences
+from .harness import Table, by_row_and_column, progress, sequences
 from .subjects import Subject, losses_of
 
 LIFETIME = 10
@@ -36,9 +35,7 @@ def calibrated(subject: Subject, masks: list[Mask]) -> Calibration | None:
     for points, known in zip(subject.vertices[1:], masks[1:], strict=True):
         frame = completer.push(points, known)
         error = np.linalg.norm(frame.astype(np.float64) - points, axis=1)
-        bars, generation = completer.standard_error, completer.generation
-        filled = (generation > 0) & np.isfinite(bars)
-        calibrating.add(error, bars, filled=filled, generation=generation)
+        calibrating.add(error, completer.standard_error, filled=completer.generation > 0)
     return calibrating.result()
 
 
@@ -48,10 +45,5 @@ def tables(arguments: argparse.Namespace) -> list[Table]:
     for subject in sequences(arguments, 100):
         for case, masks in progress(cases(subject).items(), subject.name):
             if (found := calibrated(subject, masks)) is not None:
-                ranks = [
-                    ABSENT if rank is None else f"{rank:.2f}"
-                    for rank in (found.rank_correlation, found.generation_correlation)
-                ]
-                shares = f"{found.coverage_50:.2f}, {found.coverage_90:.2f}"
-                cells[subject.name, case] = f"{shares}; {ranks[0]} ({ranks[1]})"
+                cells[subject.name, case] = f"{found.coverage_50:.2f}, {found.coverage_90:.2f}"
     return [Table("calibration", by_row_and_column("sequence", cells))]

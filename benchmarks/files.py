@@ -27,7 +27,6 @@ from .subjects import Subject, losses_of
 
 
 def _both_sides(subject: Subject, loss: str, known: Mask, folder: Path) -> Line:
-    """The row of a loss."""
     known[0] = True
     lost = ~known
     lossy, completed = folder / "lossy.npz", folder / "completed.npz"
@@ -78,7 +77,6 @@ def completed(subject: Subject, known: Mask, start: int, points: Positions) -> P
 
 
 def _whole_frame(subject: Subject, loss: str, known: Mask) -> Line:
-    """The row of a loss."""
     began = time.perf_counter()
     whole = dynmesh.whole_frames.whole_frame(subject.faces, subject.vertices, known)
     seconds = time.perf_counter() - began

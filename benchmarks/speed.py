@@ -117,7 +117,6 @@ def latency(grids: Sequence[int]) -> Table:
 
 
 def _exponent(found: dict[int, float]) -> float:
-    """Return the exponent of the power law that fits best."""
     return float(np.polyfit(np.log([*found]), np.log([*found.values()]), 1)[0])
 
 

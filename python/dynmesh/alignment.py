@@ -127,7 +127,6 @@ def _size_of(points: Floats) -> float:
 
 
 def _distance(surface: Floats, scan: Floats) -> float:
-    """How far a surface is from a scan; see Alignment."""
     squared = np.zeros((len(surface), len(scan)))
     for ours, theirs in zip(surface.T, scan.T, strict=True):
         squared += (ours[:, None] - theirs) ** 2

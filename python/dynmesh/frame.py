@@ -256,7 +256,6 @@ class Frames(ABC):
         """Closes what is open."""
 
     def _check_open(self) -> None:
-        """Refuses to read frames that are closed."""
         if self._is_closed:
             message = "is closed, so that no frame can be read; open it again"
             raise InputError(message, file=self.path)
@@ -366,7 +365,6 @@ class Stored(Frames):
         return _Chosen(self, indices)
 
     def _origin_of(self, indices: Indices) -> Origin | None:
-        """The origin of some of the frames."""
         if self.origin is None or len(indices) == self.n_frames:
             return self.origin
         return self.origin.after([RANGE])
@@ -396,7 +394,6 @@ class FileFrames(Stored):
         check_any(self)
 
     def _lost_frame(self) -> Frame:
-        """A frame in which nothing was observed."""
         k = self.n_vertices
         attributes: dict[str, Any] = {
             name: np.full(k, ATTRIBUTES[name].absent, ATTRIBUTES[name].dtype)

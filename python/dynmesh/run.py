@@ -148,7 +148,6 @@ class Kept(Stored):
             yield self._keep(number + 1).frame(number)
 
     def _keep(self, n: int) -> "Records":
-        """Keeps the first n frames."""
         if self._records is None:
             self._records, self._left = Records(self.header, self.n_frames), checked(self._run)
         while self._n_kept < n:

@@ -218,7 +218,6 @@ class Sequence(Description, VertexAttributes, Stored):
         )
 
     def _repr_html_(self) -> str:
-        """A player or a table, as notebooks show it."""
         return str(_called("draw.notebook", "shown", self))
 
 

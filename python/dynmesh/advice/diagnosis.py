@@ -420,7 +420,6 @@ class _Watch:
             yield found("leaps", header, frames=leaps, worst=worst_leap, typical=typical)
 
     def _start(self) -> str:
-        """Says from which frame completion starts."""
         k, known = len(self.first), self._known_in_best
         start = f"Completion starts from frame {self.header.number(self._best)}"
         if known == 0:

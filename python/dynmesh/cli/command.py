@@ -322,7 +322,6 @@ class Command:
     def _result(
         self, stack: contextlib.ExitStack, own: dict[str, Any], opening: dict[str, Any]
     ) -> Any:
-        """What the verb returns."""
         if not self._reads:
             return self._verb(**own)
         path = opening.pop("path")

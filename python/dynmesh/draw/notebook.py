@@ -41,7 +41,6 @@ def shown(sequence: Sequence) -> str:
 
 
 def _player(sequence: Sequence) -> str:
-    """Returns a frame with a page that plays the sequence."""
     if sequence.vertices.shape[1] > LARGEST_MESH:
         raise InputError(
             f"simplifying more than {LARGEST_MESH} vertices takes long; dynmesh view writes a page"

@@ -136,7 +136,6 @@ def contact_sheet(
 
 
 def _middle(image: Image) -> int:
-    """Returns the column in the middle of what is drawn."""
     marked = np.flatnonzero((image < 250).any(axis=(0, 2)))
     return int(marked[[0, -1]].mean()) if len(marked) else image.shape[1] // 2
 

@@ -335,7 +335,6 @@ def _begin(path: Path, header: Header) -> tuple[Any, Any, dict[str, Any]]:
 
 
 def _parameter(schema: Any, header: Header, name: str, sampling: int) -> Any:
-    """Adds a geometry parameter with one value per vertex."""
     abc, geometry = library("Abc"), library("AbcGeom")
     metadata = library("AbcCoreAbstract").MetaData()
     if name == "standard_error":
@@ -372,7 +371,6 @@ def _append(
 
 
 def _times(header: Header) -> Any:
-    """Returns the time sampling of the frames."""
     core, fps = library("AbcCoreAbstract"), header.fps or 1
     if header.times is None:
         return core.TimeSampling(1 / fps, header.start / fps)

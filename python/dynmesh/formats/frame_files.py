@@ -89,7 +89,6 @@ class FilePerFrame(FileFrames):
             yield replace(frame, points=frame.points.astype(self.dtype, copy=False))
 
     def _compare(self, frame: Frame, polygons: Polygons, metadata: Metadata) -> None:
-        """Raises an error unless a frame matches the first one."""
         first = self._first.name
         n_vertices, n_faces = len(frame.points), len(polygons.sizes)
         if n_vertices != self.n_vertices:

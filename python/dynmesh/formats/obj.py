@@ -65,7 +65,6 @@ def write_obj(path: Path, header: Header, frames: Frames) -> list[str]:
 
 
 def _faces_of(header: Header, texture: NDArray[np.float32] | None) -> str:
-    """The lines of faces, and of texture coordinates if there are any."""
     sizes, corners = as_polygons(header.faces, header.polygons)
     names, lines = (corners + 1).astype(str).astype(object), ["\n"]
     if texture is not None:

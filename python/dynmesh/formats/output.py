@@ -91,7 +91,6 @@ def _make_folder(hidden: Path) -> None:
 
 
 def _clear(hidden: Path) -> None:
-    """Removes what is unfinished."""
     for name in ("new", "aside"):
         shutil.rmtree(hidden / name, ignore_errors=True)
 

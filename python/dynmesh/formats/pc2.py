@@ -78,7 +78,6 @@ class Pc2Frames(FileFrames):
 
 
 def _mesh(path: Path) -> Template:
-    """Reads a mesh beside the file."""
     with _MESHES[path.suffix](path) as reader:
         return template_of(reader)
 

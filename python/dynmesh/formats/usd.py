@@ -82,7 +82,6 @@ class _Stage:
         self._path.replace(self.path)
 
     def _begin(self) -> None:
-        """Begins a mesh."""
         sdf, geometry, header = pxr("Sdf"), pxr("UsdGeom"), self.header
         with of_usd("cannot be written", OSError):
             self._times = self._time_codes(self._stage.GetTimeCodesPerSecond()).tolist()

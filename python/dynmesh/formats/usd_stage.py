@@ -255,7 +255,6 @@ def value_at(attribute: Any, time: float, shape: tuple[int, ...]) -> NDArray[Any
 
 
 def _held(attribute: Any, before: float, after: float) -> bool:
-    """Whether the values of two samples are equal."""
     first, second = (attribute.Get(time) for time in (before, after))
     if first is None or second is None:
         return first is second

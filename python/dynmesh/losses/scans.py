@@ -361,7 +361,6 @@ def _points(reader: Frames) -> Iterator[Positions]:
 
 
 def _bounding_box(reader: Frames) -> Positions:
-    """Returns the two opposite corners of the bounding box of all frames."""
     corners = np.array([[np.inf] * 3, [-np.inf] * 3])
     for points in _points(reader):
         finite = points[np.isfinite(points).all(axis=1)]
@@ -377,7 +376,6 @@ def _rig_of(
     size: tuple[int, int] | None,
     metres_per_unit: float | None,
 ) -> Rig:
-    """Describes the cameras, as their file does."""
     corners = np.stack(np.meshgrid(*box.T), axis=-1).reshape(-1, 3)
     described = []
     for number, camera in enumerate(cameras):

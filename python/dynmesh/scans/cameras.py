@@ -266,7 +266,6 @@ _Read = Callable[[str, Any], Any]
 
 
 def _fields(described: Any, known: Mapping[str, _Read], *needed: str) -> dict[str, Any]:
-    """Reads an object with these fields."""
     if not isinstance(described, dict):
         raise InputError(f"must be an object with {' and '.join(needed)}, not {described!r:.60}")
     for name in described:

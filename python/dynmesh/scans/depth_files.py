@@ -119,7 +119,6 @@ def read_mask(file: Path, size: tuple[int, int], least: float | None = None) -> 
 
 
 def _opened(opened: BinaryIO, file: Path) -> DepthImage:
-    """Reads the beginning of an image."""
     if not opened.seek(0, os.SEEK_END):
         raise InputError("is empty")
     opened.seek(0)

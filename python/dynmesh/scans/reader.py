@@ -351,7 +351,6 @@ def read_rig(
 
 
 def _suffix_in(path: Path, rig: Rig | None) -> str:
-    """Returns the suffix of the scans."""
     suffixes = (*point_formats, *SUFFIXES)
     if not path.is_dir():
         if not path.suffix and not path.exists():

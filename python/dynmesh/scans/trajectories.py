@@ -132,7 +132,6 @@ def _entry(number: Number, pose: Any) -> dict[str, Any]:
 
 
 def _timed(line: int, words: Sequence[str]) -> dict[str, Any]:
-    """Reads the time, the position and the quaternion of a line."""
     if len(words) != 8:
         message = f"must be a pose, time tx ty tz qx qy qz qw, but has {len(words)} words"
         raise InputError(f"line {line}: {message}")
@@ -200,7 +199,6 @@ def as_cameras(transforms: dict[str, Any], folder: Path) -> dict[str, Any]:
 def _camera(
     name: str, images: dict[Path, dict[str, Any]], transforms: dict[str, Any]
 ) -> dict[str, Any]:
-    """Describes the camera of the images in a folder."""
     files, poses = [*images], list[dict[str, Any]]()
     described: dict[str, Any] = {
         "name": re.sub("[^A-Za-z0-9.-]", "-", name) or "camera",

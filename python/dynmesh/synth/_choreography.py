@@ -301,5 +301,4 @@ def _mixed(start: Floats, end: Floats, share: Floats) -> Floats:
 
 
 def _applied(rotations: Floats, vectors: Floats) -> Floats:
-    """Return `vectors` (n, 3) rotated."""
     return np.asarray((rotations @ vectors[:, :, None])[:, :, 0])

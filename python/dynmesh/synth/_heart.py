@@ -64,7 +64,6 @@ def _heart(directions: Floats) -> Floats:
 
 
 def _lung(directions: Floats) -> Floats:
-    """Return the left lung, emptied, which leaves room for the heart."""
     x, y, z = directions.T
     narrow = 1.0 - 0.35 * np.clip(z, 0.0, 1.0) ** 2
     lung = _LUNG_CENTRE + _LUNG * np.stack([narrow * x, narrow * y, z], axis=1)

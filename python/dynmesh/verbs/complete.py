@@ -104,7 +104,6 @@ class CompletedMeshes(Run[MeshesReport]):
 
 
 def _has_holes(frames: Frames) -> bool:
-    """Whether a vertex is missing in a frame."""
     with closing(frames.frames()) as every:
         return any(not frame.observed.all() for frame in every)
 
@@ -318,7 +317,6 @@ def complete(
 def _report(
     source: Frames, whole: StartFrame, tally: Tally, *, is_trained: bool
 ) -> CompletionReport:
-    """Says what was done for all frames together."""
     reports = [*tally.reports.values()]
     estimated = [one for one in reports if one.known and one.filled] if is_trained else []
     counts = ("known", "filled", "disconnected", "rejected")

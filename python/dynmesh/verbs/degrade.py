@@ -180,7 +180,6 @@ def _scans(
 
 
 def _left(source: Frames, n_known: int, losses: Mapping[str, Any]) -> Iterator[str]:
-    """Says what is left of a sequence."""
     if source.n_frames > 1:
         left = n_known / ((source.n_frames - 1) * source.n_vertices)
         first = source.header.number(0)

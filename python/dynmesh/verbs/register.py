@@ -203,7 +203,6 @@ def registered(
 
 
 def _page(registration: Registration, mesh: Frames, reader: ScanReader) -> Page:
-    """A page with the scan and the result."""
     return scan_page(
         Sequence(registration.vertices[None], mesh.faces).named(f"{mesh.path.name}, registered"),
         scans=reader,

@@ -275,7 +275,6 @@ def track(
 def _report(
     fits: Fits, at: Placed, room: Background, reader: ScanReader, *, is_trained: bool
 ) -> TrackReport:
-    """Says what was done for all frames together."""
     reports = [frame.report for frame in fits.tracked]
     return TrackReport(
         quality=fits.quality,

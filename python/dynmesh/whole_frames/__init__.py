@@ -121,7 +121,6 @@ def whole_frame(
 
 
 def _frames_of(faces: Faces, frames: Positions | Frames, known: NDArray[np.bool_] | None) -> Frames:
-    """Returns frames, wherever they are."""
     if isinstance(frames, Sequence):
         own = frames if known is None else replace(frames, known=known)
         return own.named("frames")

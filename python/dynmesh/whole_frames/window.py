@@ -74,7 +74,6 @@ class Window:
 
 
 def _frame(reader: Frames, number: int, frame: Frame) -> tuple[Positions, Mask]:
-    """Returns the positions and the mask of a frame."""
     points = _arrays.points("points", frame.points, reader.dtype)
     known = _arrays.known_mask(frame.claimed)
     largest = LARGEST[points.dtype.itemsize]

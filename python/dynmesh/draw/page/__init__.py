@@ -76,7 +76,6 @@ class Page(Report):
         path_of("path", path).write_text(self.html, encoding="utf-8")
 
     def _repr_html_(self) -> str:
-        """The page in a frame, as notebooks show it."""
         return framed(self.html)
 
 
@@ -203,7 +202,6 @@ def _most_telling(frames: Sequence[ShownFrame]) -> int:
 
 
 def _corners(frames: Sequence[ShownFrame]) -> NDArray[Any]:
-    """Returns the (n, 2, 3) corners of the box of each mesh in each frame."""
     meshes = [mesh for frame in frames for mesh in (frame, *frame.beside.values())]
     seen = [mesh.points[mesh.visible] for mesh in meshes if mesh.visible.any()]
     return np.stack([[points.min(axis=0), points.max(axis=0)] for points in seen])

@@ -24,7 +24,6 @@ class Verdict(NamedTuple):
 
 
 def _read(path: Path) -> dict[float, Verdict]:
-    """Reads the verdicts of frames, by number."""
     verdicts = {}
     with naming(path), path.open(newline="", encoding="utf-8-sig") as file:
         table = csv.DictReader(file, strict=True)
