@@ -155,8 +155,6 @@ def check_exist(
     if outside.any():
         message = f"{what} {owner[outside][0]} refers to vertex {corners[outside][0]}"
         message += f", but {vertices} counted from 0"
-        if (corners.min(), corners.max()) == (1, n_vertices):
-            message += "; the faces seem to count them from 1: subtract 1"
         raise InputError(message, argument="faces")
 
 

@@ -1,7 +1,7 @@
-"""The connectivity of a mesh, also as SciPy sparse matrices (paper, eq. 1 and 2), and its size."""
+"""The connectivity of a mesh, and its size."""
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 from . import _core
 from ._arrays import Floats, Integers, Positions, triangles
 from ._checks import check_complete, check_integer
-from ._errors import InputError, locating, require
+from ._errors import InputError, locating
 from .polygons import Faces
 
-__all__ = ["RefusedFace", "TopologyReport", "adjacency", "cells", "laplacian"]
+__all__ = ["RefusedFace", "TopologyReport", "cells"]
 
 
 @dataclass(frozen=True)
@@ -84,38 +84,6 @@ def components_of(edges: Integers, n_vertices: int) -> Integers:
         if np.array_equal(lower, first):
             return first
         first = lower
-
-
-if TYPE_CHECKING:
-    from scipy.sparse import csr_array
-
-
-def adjacency(faces: Faces, n_vertices: int) -> "csr_array[np.float64]":
-    """Returns R of eq. (1): 1 where two vertices share an edge, 0 elsewhere.
-
-    Args:
-        faces: (m, 3) integers, or other polygons; see :data:`dynmesh.polygons.Faces`.
-        n_vertices: k.
-
-    Returns:
-        (k, k) float64, symmetric, with sorted rows.
-    """
-    sparse = require("scipy.sparse", extra="matrices")
-    offsets, neighbours = cells(faces, n_vertices)
-    shape = (n_vertices, n_vertices)
-    matrix: csr_array[np.float64] = sparse.csr_array(
-        (np.ones(len(neighbours)), neighbours, offsets), shape=shape
-    )
-    return matrix
-
-
-def laplacian(faces: Faces, n_vertices: int) -> "csr_array[np.float64]":
-    """Returns L = D - R of eq. (2), the combinatorial Laplacian; see :func:`adjacency`."""
-    sparse = require("scipy.sparse", extra="matrices")
-    r = adjacency(faces, n_vertices)
-    degree = np.diff(r.indptr).astype(np.float64)
-    matrix: csr_array[np.float64] = sparse.diags_array(degree, format="csr") - r
-    return matrix
 
 
 def mean_edge_of(first_frame: Positions, faces: Faces) -> float:

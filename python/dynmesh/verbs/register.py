@@ -2,7 +2,7 @@
 
 import contextlib
 import os
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Generator
 from dataclasses import dataclass, field, replace
 from typing import Any, Unpack, overload
 
@@ -126,7 +126,7 @@ def registered(
     reader = open_single(scan, frame, **of_scans)
     marks = read_landmarks(marked[0]) if marked else None
     with contextlib.ExitStack() as stack:
-        mesh = stack.enter_context(_opened(template))
+        mesh = stack.enter_context(formats.opened(template, "template"))
         units = units_of(reader, mesh, scan_unit, template_unit, assumes=True)
         own = template_of(mesh)
         size = size_of(own[np.unique(mesh.faces)])
@@ -210,17 +210,6 @@ def _page(registration: Registration, mesh: Frames, reader: ScanReader) -> Page:
         title=f"{mesh.path.name} registered with {reader.path.name}: {registration.quality}",
         up=mesh.header.up_axis,
     )
-
-
-@contextlib.contextmanager
-def _opened(template: OneSequence) -> Iterator[Frames]:
-    """Opens the template, which may have been exchanged with the scan."""
-    try:
-        with formats.opened(template, "template") as mesh:
-            yield mesh
-    except formats.NoFacesError as error:
-        message = "holds points without faces; the template, a mesh, comes before the scan"
-        raise InputError(message, file=error.file) from error
 
 
 def _reason(

@@ -11,6 +11,7 @@ import pytest
 from commands import dynmesh_command as run
 from meshes import Array, Mesh
 from reference import directed_edges, mean_edge
+from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
 import dynmesh
@@ -26,7 +27,8 @@ def hidden_patches(**settings: Any) -> Array:
 
 
 def test_a_patch_is_connected_compact_and_of_its_share() -> None:
-    beside = dynmesh.topology.adjacency(meshes.sheet(30).faces, 900)
+    offsets, neighbours = dynmesh.topology.cells(meshes.sheet(30).faces, 900)
+    beside = csr_array((np.ones(len(neighbours)), neighbours, offsets), (900, 900))
     for share in (0.0001, 0.1, 0.5, 0.9):
         hidden = hidden_patches(patches=1, share=share)
         assert not hidden[0].any()

@@ -175,7 +175,5 @@ ENTRIES: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "scan_points": (_all(losses.scan_points), OF_FRAMES | {"points": 10}),
     "depth_images": (_all(losses.depth_images), OF_FRAMES | {"width": 8, "height": 6}),
     "cells": (_once(dynmesh.topology.cells), {"faces": MESH.faces, "n_vertices": K}),
-    "adjacency": (_once(dynmesh.topology.adjacency), {"faces": MESH.faces, "n_vertices": K}),
-    "laplacian": (_once(dynmesh.topology.laplacian), {"faces": MESH.faces, "n_vertices": K}),
 }
 """All that takes arrays of positions, masks or faces, with arrays that it accepts."""

@@ -167,7 +167,7 @@ shell = [
     misused("rig dropped --page new.html --crop 0.5", "--crop: needs a --template"),
     refused("register template.npz cloud/s_0000.ply template.npz --overwrite", "template.npz: is the input"),
     refused("register walk body.obj walk/frame_0000.ply --overwrite", "frame_0000.ply: is the input"),
-    refused("register cloud/s_0000.ply template.npz new.obj", "s_0000.ply: holds points without faces", "before the scan"),
+    refused("register cloud/s_0000.ply template.npz new.obj", "s_0000.ply: holds only positions"),
     refused(f"{_REGISTER} --page done.html", "done.html: exists"),
     misused(f"{_REGISTER} --threads 1000", "--threads: must be from 1 to 256"),
     misused(f"{_REGISTER} --scale --remove-planes", "--remove-planes:", "scale"),

@@ -172,7 +172,7 @@ _of_frames = of("Sequence[...]")
 
 _sequences = [
     _sequence("`vertices`: ragged lists", ValueError, "vertices:", "converted to an array", vertices=[[[0.0, 0, 0], [0]]]),
-    _sequence("`faces`: counted from 1", ValueError, "faces: face 0", "vertex 49", "from 1: subtract 1", faces=np.array([[1, 2, 49]])),
+    _sequence("`faces`: counted from 1", ValueError, "faces: face 0", "vertex 49", "counted from 0", faces=np.array([[1, 2, 49]])),
     _sequence("`polygons` with a corner of 999", ValueError, "polygons:", "other triangles", polygons=Polygons(np.array([4]), np.array([0, 1, 2, 999]))),
     _of_frames("a frame after the last", lambda w: w.sequence[3], IndexError, "frame:", "-3 to 2", "not 3"),
     _of_frames("`::-1`", lambda w: w.sequence[::-1], ValueError, "step:", "at least 1", "-1"),
