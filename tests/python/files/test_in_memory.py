@@ -1,6 +1,5 @@
 """Sequences and masks in memory: completed, measured and shown as files are."""
 
-from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -85,25 +84,6 @@ def test_errors_by_frame_of_missing_vertices_alone() -> None:
 
 
 SHOT = sea(6, start=10)
-
-
-@pytest.mark.parametrize("verb", [dynmesh.evaluate, dynmesh.view, dynmesh.picture])
-@pytest.mark.parametrize(
-    ("factor", "units"),
-    [
-        (1000, "in mm and that in m; .* `scale` 0.001,"),
-        (0.1, "in cm and that in mm"),
-        (1 / 25.4, "in inch and that in mm"),
-        (1.09, None),  # a yard to a metre, but a result may be as wrong as that
-    ],
-)
-def test_another_unit_is_refused(verb: Any, factor: float, units: str | None) -> None:
-    other = replace(SHOT, vertices=np.float32(factor) * SHOT.vertices)
-    with nullcontext() if units is None else pytest.raises(ValueError, match=units):
-        verb(other, reference=SHOT)
-    other = replace(SHOT, metres_per_unit=0.001)
-    with pytest.raises(ValueError, match="its unit in metres"):
-        verb(other, reference=replace(SHOT, metres_per_unit=1.0))
 
 
 def test_zeros_may_tell_what_was_missing() -> None:
