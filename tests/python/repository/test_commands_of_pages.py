@@ -14,9 +14,10 @@ from unittest import mock
 import pytest
 from commands import run_here
 from conftest import REPOSITORY
-from documents import DOCUMENTS, PROGRAMS, README, blocks, run, with_tables
+from documents import DOCS, DOCUMENTS, PROGRAMS, README, blocks, run, with_tables
 
 import dynmesh
+from benchmarks import __main__ as benchmarks
 
 SHORTER = {
     "benchmarks.figures --page": "benchmarks.figures --draft --page",
@@ -98,21 +99,19 @@ def assert_shown(printed: str, document: str) -> None:
         assert any(rows <= shown for shown in tables), rows
 
 
-MEASURING = {"script/reproduce": "benchmarks", "script/dev/bench": "benchmarks.speed"}
-"""The modules of scripts that take too long to be run by a test."""
-
-
 def long_commands() -> set[str]:
     """The commands of measurements that pages show and no test runs."""
     lines = "".join("".join(blocks("console", page.read_text())) for page in DOCUMENTS).splitlines()
-    return {line for line in lines if line.startswith((*MEASURING, "python -m benchmarks"))}
+    return {
+        line for line in lines if line.startswith((*benchmarks.MODULES, "python -m benchmarks"))
+    }
 
 
 @pytest.mark.filterwarnings("ignore:'benchmarks:RuntimeWarning")  # another test imported it
 @pytest.mark.parametrize("command", sorted(long_commands()))
 def test_long_commands_are_understood(command: str) -> None:
     program, *arguments = shlex.split(command, comments=True)
-    module = MEASURING.get(program) or arguments[1]
+    module = benchmarks.MODULES.get(program) or arguments[1]
     if program == "python":
         del arguments[:2]
     parse = argparse.ArgumentParser.parse_args
@@ -126,6 +125,26 @@ def test_long_commands_are_understood(command: str) -> None:
         pytest.raises(StopIteration),
     ):
         run_module(module, *arguments)
+
+
+def test_one_command_makes_every_table_and_picture(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """And then compares the pages."""
+    started = list[list[str]]()
+    monkeypatch.setattr(benchmarks, "run", lambda *words: started.append([*words]))
+    monkeypatch.setattr(sys, "argv", ["script/reproduce", "all", str(tmp_path), "--docs"])
+    benchmarks.main()
+    made = {words[1] for words in started if words[0] == "benchmarks"}
+    assert made == benchmarks.TABLES.keys() - {"all"}
+    assert {words[0] for words in started[:-1]} == {
+        *benchmarks.MODULES.values(),
+        "benchmarks.figures",
+    }
+    assert started[-1][0] == "pytest"
+    assert "FOLDER" not in str(started)
+    out = [words[words.index("--out") + 1] for words in started[:-1]]
+    assert {str(DOCS / "figures" / name) for name in ("builtin", "recorded")} <= {*out}
 
 
 PAGES = (
