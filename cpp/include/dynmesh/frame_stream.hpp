@@ -29,6 +29,10 @@ class DYNMESH_EXPORT FrameStream {
   /// that can be stored or sent. It contains no times, so objects that received the same frames
   /// have identical states.
   ///
+  ///     const std::vector<std::byte> saved = completer.state();
+  ///     file.write(reinterpret_cast<const char*>(saved.data()), std::ssize(saved));
+  ///     other.restore(saved);  // or std::as_bytes(std::span(read)) of bytes that were read
+  ///
   /// `restore` continues from a state in any object of the same class with the same faces in the
   /// same order, Real, settings and training sequence. It throws std::invalid_argument if the state
   /// belongs to another mesh or other settings, is damaged, or holds values that no such object can
