@@ -4,11 +4,10 @@ import csv
 import dataclasses
 import math
 import sys
-import threading
 import time
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import groupby, zip_longest
 from pathlib import Path
@@ -165,9 +164,6 @@ def _few(what: str, shown: list[str], count: int, n_shown: int) -> str:
 
 T = TypeVar("T")
 
-INTERVAL = 10.0
-"""Seconds between the lines."""
-
 LONG = 2.0
 """Seconds after which work is shown that nobody asked to show."""
 
@@ -184,10 +180,6 @@ def steps(what: str, progress: bool | None) -> Iterator[Callable[[int, int], Non
     is_terminal = sys.stderr is not None and sys.stderr.isatty()  # which a service may lack
     if sys.stderr is None or not (is_terminal if progress is None else progress):
         yield lambda *_: None
-        return
-    if not is_terminal:
-        with _lines(what) as show:
-            yield show
         return
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
@@ -209,29 +201,6 @@ def steps(what: str, progress: bool | None) -> Iterator[Callable[[int, int], Non
         yield advance
     finally:
         bar.stop()
-
-
-@contextmanager
-def _lines(what: str) -> Iterator[Callable[[int, int], None]]:
-    """Prints a line at intervals, also while a single step takes long."""
-    began, at, ended = time.monotonic(), "", threading.Event()
-
-    def show(done: int, total: int) -> None:
-        nonlocal at
-        at = f", {done} of {total}"
-
-    def tell() -> None:
-        while not ended.wait(INTERVAL):
-            with suppress(OSError):  # a full disk
-                print(f"{what}{at}, {time.monotonic() - began:.0f} s", file=sys.stderr, flush=True)
-
-    teller = threading.Thread(target=tell, daemon=True)
-    teller.start()
-    try:
-        yield show
-    finally:
-        ended.set()
-        teller.join()
 
 
 def tracked(items: Iterable[T], total: int, what: str, progress: bool | None) -> Iterator[T]:

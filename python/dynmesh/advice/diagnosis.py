@@ -18,6 +18,7 @@ from ..frame import LARGEST, Frame, Frames
 from ..header import Header
 from ..metrics import bounding_box_diagonal
 from ..topology import TopologyReport, components_of, edges_of, likely_up
+from ..whole_frames.window import best_frame
 
 Severity = Literal["error", "warning"]
 """error: the sequence cannot be completed. warning: the result is less accurate, or the data is
@@ -295,7 +296,7 @@ class _Watch:
         }
         self._in_first = self.present & frame.observed
         self._seen = np.zeros(k, np.bool_)
-        self._best, self._known_in_best = 0, np.count_nonzero(self._in_first)
+        self._counts = list[int]()
         self._held = Held(self.ends, self.mean_edge)
         self._last, self._last_seen = self.first.copy(), np.where(self.present, 0, -_RECENT - 1)
         self._scrambled: dict[int, float] = {}
@@ -307,12 +308,6 @@ class _Watch:
         self._observe(number, frame)
         present = _plausible(frame)
         self._seen |= frame.observed
-        # A better start is the first complete frame, or else knows more, or as much and is nearer
-        # to the middle: see :func:`dynmesh.whole_frames.whole_frame`.
-        known, most = np.count_nonzero(present & frame.observed), self._known_in_best
-        away, least = (abs(2 * n + 1 - self.header.n_frames) for n in (number, self._best))
-        if known > most or (known == most < len(present) and away < least):
-            self._best, self._known_in_best = number, known
         points, gap = frame.points, number - self._last_seen
         moved = np.flatnonzero(present & (gap == 1))
         if len(moved) < _ENOUGH:
@@ -329,6 +324,7 @@ class _Watch:
     def _observe(self, number: int, frame: Frame) -> None:
         self.shares.append(float(frame.observed.mean()))
         observed = frame.observed & _plausible(frame)
+        self._counts.append(int(np.count_nonzero(observed)))
         self._places["zeros"].add(number, frame.present & ~_plausible(frame))
         self._places["known_not_finite"].add(number, frame.claimed & ~frame.present)
         self._places["held"].add(number, self._held.watch(frame.points, observed))
@@ -379,7 +375,7 @@ class _Watch:
         header, k = self.header, len(self.first)
         missing = np.flatnonzero(~self._in_first)
         if len(missing):
-            severity: Severity = "warning" if self._known_in_best else "error"
+            severity: Severity = "warning" if any(self._counts) else "error"
             yield found(
                 "first_frame_incomplete",
                 header,
@@ -420,8 +416,9 @@ class _Watch:
             yield found("leaps", header, frames=leaps, worst=worst_leap, typical=typical)
 
     def _start(self) -> str:
-        k, known = len(self.first), self._known_in_best
-        start = f"Completion starts from frame {self.header.number(self._best)}"
+        k, counts = len(self.first), self._counts
+        best = counts.index(k) if k in counts else best_frame(counts)
+        known, start = counts[best], f"Completion starts from frame {self.header.number(best)}"
         if known == 0:
             return "Nothing was observed in any frame, so the sequence cannot be completed."
         if known == k:

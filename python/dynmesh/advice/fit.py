@@ -45,15 +45,9 @@ def contents(scan: Scan, template: Positions, faces: NDArray[np.integer], room: 
     )
 
 
-def misplaced(vertices: Positions, landmarks: Landmarks, scan: Scan) -> str:
+def misplaced(vertices: Positions, landmarks: Landmarks) -> str:
     """Names the landmark that is farthest from its vertex, as registered; empty if none is far."""
     marked, positions = landmarks
-    away = min(np.linalg.norm(scan.cloud - position, axis=1).min() for position in positions)
-    if away > _MISPLACED * size_of(scan.cloud):
-        return (
-            f"all landmarks are {away:.3g} or farther from the points of the scan; their positions "
-            "must be in its unit and its axes"
-        )
     distances = np.linalg.norm(vertices[marked] - positions, axis=1)
     worst = int(distances.argmax())
     if distances[worst] <= _MISPLACED * size_of(vertices):

@@ -111,7 +111,7 @@ def run(tokens: list[str], shared: dict[str, bool]) -> Report | None:
     command, given, unset = app.parse_args(tokens, exit_on_error=False, print_error=False)
     shared |= {key: given.arguments.pop(key) for key in SHARED & given.arguments.keys()}
     if "progress" in unset:
-        given.arguments["progress"] = not shared.get("quiet")
+        given.arguments["progress"] = False if shared.get("quiet") else None
     if not isinstance(command, Command):  # the help, for example
         with printing():
             command(*given.args, **given.kwargs)

@@ -4,8 +4,6 @@ The search for planes is RANSAC (Fischler and Bolles 1981). It is written here s
 that offer it are either much larger than dynmesh (Open3D, PCL) or no longer maintained.
 """
 
-from collections.abc import Iterator
-from itertools import repeat
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
@@ -13,9 +11,8 @@ from numpy.typing import NDArray
 
 from .._arrays import Floats, Mask, Positions
 from .._checks import check_flags, check_not_negative
-from .._errors import InputError, locating
-from ..frame import Frame, Frames
-from ..scans import DepthScan, PointScan, Scan, ScanReader
+from .._errors import InputError
+from ..scans import DepthScan, PointScan, Scan
 from ..topology import mean_edge_of
 
 _TRIALS = 1000
@@ -269,38 +266,3 @@ class Background:
         """Returns what a scan shows of the subject, `factor` times as large; None if nothing."""
         left = None if scan is None else self.without(scan.scaled(factor))
         return left if left is not None and left.has_points else None
-
-
-class ScansWithoutBackground(ScanReader):
-    """Scans, in their own unit, without the room around the sequence that was tracked in them."""
-
-    def __init__(
-        self, scans: ScanReader, sequence: Frames, room: Background, factor: float
-    ) -> None:
-        super().__init__(scans.path, scans.rig, scans.numbers, scans.files)
-        self.metres_per_unit = scans.metres_per_unit
-        self._scans, self._sequence, self._room, self._factor = scans, sequence, room, factor
-        for scan, frame in self._both():
-            if scan is not None and scan.has_points:
-                with locating(file=scans.path):
-                    room.enter(scan.scaled(factor), sequence.faces, frame.points)
-                break
-
-    def frames(
-        self, start: int = 0, stop: int | None = None, step: int = 1
-    ) -> Iterator[Scan | None]:
-        """Yields what is left of the scans."""
-        for scan, frame in self._both(start, stop, step):
-            if scan is not None:
-                self._room.follow(frame.points[frame.present])
-                scan = self._room.without(scan.scaled(self._factor)).scaled(1 / self._factor)
-            yield scan
-
-    def _load(self, number: int) -> Scan | None:
-        return next(self.frames(number, number + 1))
-
-    def _both(self, *which: Any) -> Iterator[tuple[Scan | None, Frame]]:
-        """The scans with the frames of the mesh, of which there may be one for all."""
-        one = self._sequence.n_frames == 1
-        frames = repeat(next(iter(self._sequence))) if one else self._sequence.frames(*which)
-        return zip(self._scans.frames(*which), frames, strict=False)

@@ -220,7 +220,7 @@ def _reason(
         return ""
     wrong = seen
     if landmarks is not None:
-        wrong = wrong or misplaced(registration.vertices, landmarks, scan)
+        wrong = wrong or misplaced(registration.vertices, landmarks)
     message = ": ".join(filter(None, [registration.quality, wrong, registration.reason]))
     if registration.cause in ("unseen", "pose", "place") and not align:
         message += "; the template was not moved into the scan, which `align` does"

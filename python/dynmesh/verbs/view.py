@@ -11,14 +11,13 @@ from .._checks import check_integer, path_of
 from .._errors import InputError
 from .._options import Input, Method
 from ..draw.heatmap import Colour, range_of
-from ..draw.page import Page, page, require_page, scan_factor
+from ..draw.page import Page, page, require_page
 from ..draw.page.pick import pick_page
 from ..formats import OneSequence, PathLike, Source
 from ..formats.conversion import remarks_of
 from ..frame import Frames
 from ..header import Axis
 from ..scans import ScanReader, ScanSource, open_scans
-from ..tracking.background import Background, Crop, ScansWithoutBackground
 from ..tracking.inputs import open_single
 
 
@@ -29,8 +28,6 @@ def view(
     input: Input[OneSequence | None] = None,
     scans: Input[PathLike | ScanReader | None] = None,
     scan_unit: Input[float | str | None] = None,
-    crop: Input[Crop | str | None] = None,
-    remove_planes: Input[bool] = False,
     quality: Input[PathLike | None] = None,
     pick: Input[PathLike | None] = None,
     source: Source | None = None,
@@ -56,10 +53,6 @@ def view(
         scans: those that the sequence was tracked in.
         scan_unit: the unit of length of the scans: m, cm, mm, or a number of metres; else, as their
             files state it.
-        crop: leave out points outside the box x,y,z,x,y,z, or farther than this from that of the
-            mesh, in the unit of the sequence.
-        remove_planes: whether to leave out floor and walls: planes in the first scan that are
-            larger than the mesh.
         quality: the table that tracking wrote by `csv`; a line under the slider then shows how good
             each frame is, and leads to those that are clicked.
         pick: instead, show frame 0, the template, beside the first of the scans, a file or several;
@@ -85,12 +78,7 @@ def view(
     check_integer("max_vertices", max_vertices, 4)
     require_page(scans=scans is not None)
     shown_range = range_of(colour_range)
-    room = Background(crop, remove_planes)
-    needs_scans: dict[str, Any] = {
-        "scan_unit": scan_unit,
-        "crop": crop,
-        "remove_planes": remove_planes or None,
-    }
+    needs_scans: dict[str, Any] = {"scan_unit": scan_unit}
     needs_scans |= {name: value for name, value in of_scans.items() if name != "gaps"}
     for name, value in needs_scans.items():
         if value is not None and scans is None:
@@ -109,8 +97,6 @@ def view(
             reading: ScanSource = {"gaps": "lost", **of_scans}
             scans = open_scans(scans, **reading)
     with opened_together(sequence, reference, input, source or {}) as (own, truth, partial):
-        if room and scans is not None:
-            scans = ScansWithoutBackground(scans, own, room, scan_factor(scans, scan_unit, own))
         if pick is not None and scans is not None:
             look = azimuth, max_vertices
             result = pick_page(own, scans, pick.name, *look, title=title, up=up)

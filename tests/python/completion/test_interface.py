@@ -6,7 +6,6 @@ import math
 import pickle
 import subprocess
 import sys
-import time
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -233,22 +232,6 @@ def test_a_bar_passes_all_on_and_is_shown_if_asked_for(
     printed = capsys.readouterr()
     assert printed.out == ""
     assert ("spelling" in printed.err) == progress
-
-
-def test_where_there_is_no_terminal_lines_are_printed_also_during_a_long_step(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.setattr(_report, "INTERVAL", 0.05)
-    made = _report.tracked(iter("ab"), 2, "spelling", True)
-    assert next(made) == "a"
-    told = ""
-    while told.count("spelling, 0 of 2") < 2:
-        told += capsys.readouterr().err
-        time.sleep(0.01)
-    assert list(made) == ["b"]
-    capsys.readouterr()
-    time.sleep(0.1)
-    assert capsys.readouterr().err == ""
 
 
 def test_an_error_in_a_frame_knows_the_frame(mesh: Mesh) -> None:

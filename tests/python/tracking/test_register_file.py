@@ -195,7 +195,6 @@ def test_a_wrong_scan_ends_with_code_3_and_its_cause(
         "--cameras says which part": (PointScan(points[part], normals[part], None), ()),
         " times as large as the template": (PointScan(points / 6, normals, None), ()),
         "which --align does": (PointScan(points + 9 * size, normals, None), ("--no-align",)),
-        ": all landmarks are ": (PointScan(points, normals, None), landmarks),
     }
     made = tmp_path / "made.obj"
     for cause, (one, options) in wrong.items():

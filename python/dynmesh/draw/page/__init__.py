@@ -125,7 +125,7 @@ def page(
                 f"has {counted(scans.n_frames, 'frame')}, but {reader.path} has {reader.n_frames}",
                 file=scans.path,
             )
-        factor = scan_factor(scans, scan_unit, reader)
+        factor = _scan_factor(scans, scan_unit, reader)
     heatmap = Heatmap(reader, reference, input, scans, factor, colour_range, wanted=colour)
     first_points = frame_at(reader, 0).points
     with locating(file=reader.path):
@@ -179,7 +179,7 @@ def _caption(what: str, name: str) -> str:
     return name if name.startswith(what) else f"{what}: {name}"
 
 
-def scan_factor(scans: ScanReader, scan_unit: str | float | None, reader: Frames) -> float:
+def _scan_factor(scans: ScanReader, scan_unit: str | float | None, reader: Frames) -> float:
     """Returns the length of the unit of the scans in that of the sequence."""
     ours, theirs = reader.header.metres_per_unit, unit_of_scans(scans, scan_unit)
     if scan_unit is not None and ours is None:

@@ -154,7 +154,7 @@ shell = [
     refused(f"{_VIEW} --reference turned_face.npz", "has other faces than"),
     refused("view y_up.npz --reference z_up.npz -o new.html", "z_up.npz", "up axis"),
     refused("view void.npz -o new.html", "void.npz: no vertex is known"),
-    *(misused(f"{_VIEW} --{option}", f"--{option.split()[0]}: is that of --scans") for option in ("scan-unit mm", "crop 1", "remove-planes")),
+    misused(f"{_VIEW} --scan-unit mm", "--scan-unit: is that of --scans"),
     misused("view template_m.npz --scans in_mm --scan-unit cm -o new.html", "in_mm:", "--scan-unit:", "0.001", "0.01"),
     *(refused(f"{_VIEW} --quality {name}.csv", *said) for name, (_, *said) in _VERDICTS.items()),
     misused(f"{_VIEW} --pick marks.json", "--scans: are needed"),
