@@ -3,20 +3,17 @@
 import errno
 import glob
 import os
-from collections.abc import Iterable, Iterator
-from dataclasses import replace
-from functools import cache, partial
+from functools import cache
 from importlib.metadata import entry_points
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 from .._checks import path_of
-from .._errors import InputError, KindError, locating, naming, of_library, require
+from .._errors import InputError, KindError, naming, require
 from .._report import listed, warn
-from ..frame import FileFrames, Frame, Frames, Indices, Stored, check_frame
-from ..header import Header
+from ..frame import Frames
 from .alembic import alembic
-from .format import Format, Write
+from .format import Format
 from .hdf5 import hdf5
 from .names import FrameNames, files_in, matching, with_gaps
 from .npz import npz
@@ -26,61 +23,6 @@ from .ply import ply
 from .rows import npy
 from .trimesh_files import model
 from .usd import usd, usdz
-
-
-def guarded(format: Format) -> Format:
-    """The same format, of which every fault is an InputError that names it."""
-    reads, writes = (f"format {format.name} cannot {verb} it" for verb in ("read", "write"))
-    meshes, existing = format.meshes, format.existing
-    return replace(
-        format,
-        read=partial(_read, format, reads),
-        write=_writing(format.write, writes),
-        overlay=_writing(format.overlay, writes),
-        meshes=meshes and of_library(reads)(lambda path: dict(meshes(path))),
-        existing=existing and of_library(writes)(lambda *given: [*map(Path, existing(*given))]),
-    )
-
-
-def _read(format: Format, tried: str, path: Path, **given: Any) -> Stored:
-    with of_library(tried):
-        frames = format.read(path, **given)
-    if not isinstance(frames, Stored):
-        what = type(frames).__name__
-        raise InputError(f"{tried}: it returns {what}, not a Sequence or FileFrames")
-    if isinstance(frames, FileFrames):
-        of_file = partial(_each, frames._frames, frames.header, tried)
-        vars(frames).update(_frames=of_file, _close=of_library(tried)(frames._close))
-    return frames
-
-
-def _each(of_file: Any, header: Header, tried: str, numbers: Indices) -> Iterator[Frame]:
-    """Yields frames of a file, each of which is as their header says."""
-    with of_library(tried):
-        frames = iter(of_file(numbers))
-        for number in numbers:
-            if not isinstance(frame := next(frames, None), Frame):
-                raise InputError(f"{tried}: it yields {type(frame).__name__}, not a Frame")
-            with locating(frame=header.number(number)):
-                check_frame(frame, header)
-            yield frame
-
-
-def _writing(function: Write | None, tried: str) -> Write | None:
-    if function is None:
-        return None
-
-    @of_library(tried)
-    def write(path: Path, header: Header, frames: Frames) -> Iterable[str] | None:
-        remarks = function(path, header, frames)
-        if not isinstance(remarks, list | tuple | None):
-            raise InputError(f"{tried}: it returns {type(remarks).__name__}, not remarks or None")
-        if not any(one.is_dir() or one.stat().st_size for one in path.parent.iterdir()):
-            raise InputError(f"{tried}: it has written no file, or an empty one")
-        return remarks
-
-    return write
-
 
 PathLike: TypeAlias = str | os.PathLike[str]
 
@@ -106,7 +48,7 @@ def all_formats() -> dict[str, Format]:
         except Exception as error:  # of any kind, and no reason that others cannot be used
             warn(f"format {point.name} of {point.value} cannot be loaded: {error}")
             continue
-        result.setdefault(format.name, guarded(format))
+        result.setdefault(format.name, format)
     return result
 
 

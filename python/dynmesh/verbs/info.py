@@ -8,15 +8,13 @@ from typing import Any
 
 from .. import formats
 from .._options import Input, Output
-from .._report import Quality, Report, aligned, some_of
+from .._report import Quality, Report, aligned
 from ..advice.diagnosis import Diagnosis, diagnose
 from ..formats import OneSequence, Source
 from ..formats.times import spacing
-from ..frame import Frames
 from ..polygons import Faces
 
 _WIDTH = 80  # of findings, which are long
-_MOST_NAMES = 5
 _ERRORS_OF = {"position": "of coordinates", "surface": "of distances from the surface"}
 
 
@@ -31,15 +29,11 @@ class InfoReport(Report):
     Attributes:
         format: the name of the format; "memory" of frames that are no file.
         meshes: the paths of those of a file with several, and whether each moves.
-        files: which files of a folder or a pattern are frames.
-        not_read: the other files and folders in a folder.
         diagnosis: of the mesh; None if none was chosen.
     """
 
     format: str
     meshes: Mapping[str, bool]
-    files: str = ""
-    not_read: tuple[str, ...] = ()
     diagnosis: Diagnosis | None = None
 
     def lines(self) -> list[str]:
@@ -50,12 +44,7 @@ class InfoReport(Report):
             messages = aligned([[name, told[moves]] for name, moves in self.meshes.items()])
         if self.diagnosis is None:
             return [*messages, *super().lines()]
-        rows = {"format": self.format}
-        if self.files:
-            rows["files read"] = self.files
-        if self.not_read:
-            rows["not read"] = some_of([*self.not_read], _MOST_NAMES)
-        rows |= _facts(self.diagnosis)
+        rows = {"format": self.format, **dict(_facts(self.diagnosis))}
         messages += [""] * bool(messages)
         messages += aligned([*rows.items()])
         messages += ["", self.diagnosis.summary]
@@ -108,37 +97,15 @@ def info(
         return InfoReport(format=name, meshes=several, remarks=(message,))
     with formats.opened(sequence, shared={"faces": faces}, **source) as reader:
         diagnosis = diagnose(reader, progress=progress)
-        files, others = _files_of(reader)
         remarks = reader.remarks
     quality: Quality = "failed" if strict and diagnosis.findings else "good"
     return InfoReport(
         quality=quality,
         format=name,
         meshes=several,
-        files=files,
-        not_read=others,
         diagnosis=diagnosis,
         remarks=remarks,
     )
-
-
-def _files_of(frames: Frames) -> tuple[str, tuple[str, ...]]:
-    """Which files of a folder or a pattern are frames, and what else a folder holds.
-
-    Nothing is said of a sequence in memory, and of one in a single file that was named.
-    """
-    files, path = [*frames.files], frames.path
-    if not files or path.is_file():
-        return "", ()
-    ends = dict.fromkeys((files[0].name, files[-1].name))
-    each = f"one for each of {len(files)} frames" if len(files) > 1 else "the only frame"
-    entries = sorted(path.iterdir()) if path.is_dir() else []
-    others = (
-        entry.name + "/" * entry.is_dir()
-        for entry in entries
-        if entry not in files and not entry.name.startswith(".")
-    )
-    return f"{' to '.join(ends)}: {each}", tuple(others)
 
 
 def _facts(diagnosis: Diagnosis) -> Iterator[tuple[str, str]]:
