@@ -199,16 +199,18 @@ AnyScan = TypeVar("AnyScan", PointScan, DepthScan, Scan)
 
 
 class Background:
-    """Takes what is not the subject from scans, all in the unit of the template.
+    """Takes what is not the subject from scans, all but the crop in the unit of the template.
 
     Attributes:
+        factor: the unit of the scans, which is that of the crop, in that of the template.
         planes: floor and walls, once :meth:`find` or :meth:`enter` was called.
         removes_planes: whether they are to be left out.
         follows: whether the box of the mesh matters, as the crop is a distance from it.
     """
 
-    def __init__(self, crop: Crop | str | None, remove_planes: bool) -> None:
+    def __init__(self, crop: Crop | str | None, remove_planes: bool, factor: float = 1.0) -> None:
         check_flags(remove_planes=remove_planes)
+        self.factor = factor
         self._crop = crop_of(crop)
         self.removes_planes = remove_planes
         self.planes: list[Plane] = []
@@ -254,15 +256,16 @@ class Background:
         kept = np.ones(len(cloud), np.bool_)
         if self._crop is not None:
             if isinstance(self._crop, float):
-                low, high = self._box[0] - self._crop, self._box[1] + self._crop
+                reach = self._crop * self.factor
+                low, high = self._box[0] - reach, self._box[1] + reach
             else:
-                low, high = np.reshape(self._crop, (2, 3))
+                low, high = np.reshape(self._crop, (2, 3)) * self.factor
             kept = ((cloud >= low) & (cloud <= high)).all(axis=1)
         for plane in self.planes:
             kept &= ~plane.holds(cloud, depths)
         return scan.only(kept)
 
-    def subject(self, scan: Scan | None, factor: float) -> Scan | None:
-        """Returns what a scan shows of the subject, `factor` times as large; None if nothing."""
-        left = None if scan is None else self.without(scan.scaled(factor))
+    def subject(self, scan: Scan | None) -> Scan | None:
+        """Returns what a scan, in its own unit, shows of the subject; None if nothing."""
+        left = None if scan is None else self.without(scan.scaled(self.factor))
         return left if left is not None and left.has_points else None

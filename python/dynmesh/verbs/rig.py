@@ -116,7 +116,7 @@ def rig(
             number of metres; else, as their files state it, or that of the template.
         template_unit: the unit of length of a template whose file states none.
         crop: leave out points outside the box x,y,z,x,y,z, or farther than this from that of the
-            mesh, in the unit of the template.
+            mesh, in the unit of the scans.
         remove_planes: whether to leave out floor and walls: planes in the first scan that are
             larger than the mesh.
         progress: whether to show on standard error how far it is.
@@ -142,10 +142,10 @@ def rig(
         raise InputError(message, file=path)
     numbers = _with_points(reader)
     names = reader.cameras_of(numbers[0])
-    surface, up, factor = None, "y", 1.0
+    surface, up = None, "y"
     if template is not None:
         with formats.open(template) as mesh:
-            factor = units_of(reader, mesh, scan_unit, template_unit).factor
+            room.factor = units_of(reader, mesh, scan_unit, template_unit).factor
             surface = Surface(mesh.faces, template_of(mesh))
             up = mesh.header.up_axis or "y"
 
@@ -155,7 +155,7 @@ def rig(
         for number in numbers:
             (scan,) = reader.frames(number, number + 1)
             if isinstance(scan, DepthScan):
-                scan = scan.scaled(factor)
+                scan = scan.scaled(room.factor)
                 if number == numbers[0] and surface is not None:
                     room.find(scan, surface.faces, surface.points)
                 yield room.without(scan)
@@ -166,14 +166,15 @@ def rig(
     with steps("judging the cameras", progress) as show:
         compared = [*left(stated)]
         first = fit(compared)
-        body = None if surface is None else (surface.faces, surface.points)
+        body = None if surface is None else (surface.faces, surface.points / room.factor)
+        shown = compared[0].scaled(1 / room.factor)
         title = f"{path.name}, the first scan"
         result = RigReport(
             stated=first,
             rig=stated,
             files=() if stated.file is None else (stated.file,),
             has_template=body is not None,
-            _html=lambda told: rig_page(compared[0], body, up, title, told, first.named),
+            _html=lambda told: rig_page(shown, body, up, title, told, first.named),
         )
         if not result.stated.measures:
             return replace(result, rig=None)

@@ -168,7 +168,7 @@ def track(
             number of metres; else, as their files state it, or that of the template.
         template_unit: the unit of length of a template whose file states none.
         crop: leave out points outside the box x,y,z,x,y,z, or farther than this from that of the
-            mesh, in the unit of the template.
+            mesh, in the unit of the scans.
         remove_planes: whether to leave out floor and walls: planes in the first scan that are
             larger than the mesh.
         recover: whether to seek the mesh again in a scan in which it is lost: from the last good
@@ -225,7 +225,7 @@ def track(
         )
 
         def make() -> Generator[Frame, None, TrackReport]:
-            room = Background(crop, remove_planes)
+            room = Background(crop, remove_planes, units.factor)
             with formats.naming(path):
                 with steps("finding the template", progress):
                     at = placed_in(reader, mesh, room, units, marks, look, threads)
@@ -248,7 +248,7 @@ def track(
                 read = tracked(reader.frames(), reader.n_frames, "tracking", progress)
                 for frame, scan in enumerate(read):
                     with locating(frame=reader.number(frame)):
-                        seen = room.subject(scan, units.factor)
+                        seen = room.subject(scan)
                         points = push_scan(tracker, seen)
                     if seen is not None:
                         room.follow(points)

@@ -29,6 +29,7 @@ from dynmesh.scans import (
     scan_folder,
     write_cameras,
 )
+from dynmesh.tracking.background import crop_of
 
 
 @pytest.fixture(scope="module")
@@ -307,12 +308,40 @@ def test_the_page_shows_cameras_and_what_was_found(
     run(*words, *template, "--page", output, code=0 if is_right else 3)
     shown = Page(chromium, output, "#rig")
     assert ("inverted" in shown.page.inner_text("#rig")) != is_right
-    assert shown.page.locator("#rig tr").count() == 4
+    assert shown.page.locator("#rig-cameras tr").count() == 4
     objects = shown.page.evaluate(
         "(async () => Object.values((await K3DInstance).getWorld().ObjectsListJson)"
         ".map((one) => one.type))()"
     )
-    assert sorted(objects) == 4 * ["Lines"] + ["Mesh"] + 4 * ["Points"]
+    assert sorted(objects) == 5 * ["Lines"] + ["Mesh"] + 4 * ["Points"]
     assert shown.complaints == []
     assert "exists already" in run(*words, *template, "--page", output, code=1).stderr
     run(*words, "--page", tmp_path / "bare.html", code=0 if is_right else 3)
+
+
+def test_a_box_is_drawn_on_the_page_in_the_unit_of_the_scans(
+    folder: Path, tmp_path: Path, chromium: Any
+) -> None:
+    """It begins with all points, and moves as the option that is to be copied says."""
+    output = tmp_path / "rig.html"
+    body = dynmesh.read(folder / "body.obj")
+    dynmesh.write(tmp_path / "body.obj", replace(body, vertices=100 * body.vertices))
+    units = ("--template-unit", "cm", "--scan-unit", "m")
+    run("rig", folder / "depth", "--template", tmp_path / "body.obj", *units, "--page", output)
+    shown = Page(chromium, output, "#rig-crop:not(:empty)")
+    (scan, *_) = open_scans(folder / "depth")
+    assert scan is not None
+    box: Any = crop_of(shown.page.inner_text("#rig-crop").split()[1])
+    low, high = np.reshape(np.array(box), (2, 3))
+    np.testing.assert_allclose([low, high], np.quantile(scan.cloud, [0, 1], axis=0), atol=0.004)
+    shown.page.locator("#rig-box input").nth(1).fill("0.07")
+    assert shown.page.inner_text("#rig-crop").split(",")[3] == "0.07"
+    drawn = shown.page.evaluate(
+        "(async () => { const world = (await K3DInstance).getWorld();"
+        "const { position, scale } = Object.values(world.ObjectsById).at(-1);"
+        "return [position.x + scale.x, position.y + scale.y]; })()"
+    )
+    np.testing.assert_allclose(drawn, [0.07, high[1]], atol=1e-6)
+    shown.page.locator("#rig-box input").nth(0).fill("1")
+    assert "must be larger" in shown.page.inner_text("#rig-crop")
+    assert shown.complaints == []

@@ -181,7 +181,22 @@ def test_a_box_keeps_what_is_inside(rooms: Path) -> None:
     low, high = TRUTH.vertices.min(axis=(0, 1)), TRUTH.vertices.max(axis=(0, 1))
     corners = [*(low - 0.05), *(high + 0.05)]
     box = ",".join(f"{x:.6g}" for x in corners)
-    assert largest_error(rooms, "inside", "--crop", box) < 2 * largest_error(rooms, "alone")
+    alone = largest_error(rooms, "alone")
+    assert largest_error(rooms, "inside", "--crop", box) < 2 * alone
+    dynmesh.write(rooms / "small.obj", replace(TRUTH[:1], vertices=0.01 * TRUTH.vertices[:1]))
+    units = ("--scan-unit", "cm", "--template-unit", "m")
+    run(
+        "track",
+        rooms / "inside",
+        rooms / "small.npz",
+        "--template",
+        rooms / "small.obj",
+        *units,
+        "--crop",
+        box,
+    )
+    small = dynmesh.read(rooms / "small.npz")
+    assert error(replace(small, vertices=100 * small.vertices), TRUTH).max() < 2 * alone
     crop = crop_of(box)
     for scan in open_scans(rooms / "depth"):
         assert scan is not None
