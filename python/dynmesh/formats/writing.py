@@ -162,6 +162,10 @@ def write(
             what was estimated is then estimated again.
         overwrite: whether to replace existing files.
 
+    Returns:
+        What was written. Its `remarks` name all that the format cannot hold, such as estimated
+        standard errors; those that were asked for by `uncertainty` are refused instead.
+
     Raises:
         FileExistsError: the file exists and is not to be replaced.
         BlockingIOError: another process is writing it.
