@@ -94,9 +94,9 @@ def open(
             coordinates are exactly that.
         least_confidence: the least value that counts as known, if the known masks are confidences:
             0 to 255, or 0 to 1.
-        gaps: what frames are whose file is missing, or in which a mesh of USD has no points or no
-            mask, or is invisible: "refuse" makes them an error, "lost" frames in which nothing was
-            observed.
+        gaps: what frames are whose file is missing, or in which a mesh of USD or Alembic has no
+            points, or one of USD no mask, or is invisible: "refuse" makes them an error, "lost"
+            frames in which nothing was observed.
     """
     path = path_of("path", path)
     missing = 0.0 if missing == "zero" else missing

@@ -8,7 +8,7 @@ states the up axis and the length of a unit.
 """
 
 import os
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +23,7 @@ from .format import (
     OTHER_MESHES,
     STATED,
     Format,
+    Gaps,
     check_same_faces,
     choose_mesh,
     extent_of,
@@ -144,17 +145,18 @@ def _others(parent: Any) -> Iterator[Any]:
         yield from _others(child)
 
 
-def faces_of(mesh: Any) -> Polygons:
-    """Returns the faces as they are, clockwise; they must be the same at all times."""
+def faces_of(mesh: Any, samples: Sequence[int]) -> Polygons:
+    """Returns the faces as they are, clockwise; they must be the same in all these samples."""
     schema = mesh.getSchema()
     properties = (schema.getFaceCountsProperty(), schema.getFaceIndicesProperty())
 
     def faces_at(number: int) -> Polygons:
         return Polygons(*(np.array(one.getValue(number), np.int32) for one in properties))
 
-    faces = faces_at(0)
+    first, *later = samples
+    faces = faces_at(first)
     if not all(one.isConstant() for one in properties):
-        for number in range(1, schema.getNumSamples()):
+        for number in later:
             check_same_faces(faces, faces_at(number), f"frame {number}")
     return faces
 
@@ -189,21 +191,25 @@ class AlembicFrames(FileFrames):
     or, without it, at the median rate of the samples.
     """
 
-    def __init__(self, path: Path, prim: str | Iterable[str] | None) -> None:
+    def __init__(self, path: Path, prim: str | Iterable[str] | None, gaps: Gaps = "refuse") -> None:
         archive, meshes = meshes_in(path)
         with of_library(_TRIED):
             mesh = meshes[choose_mesh(moves(meshes), prim)]
             self._positions = mesh.getSchema().getPositionsProperty()
             header, origin = self._described(path, archive, meshes, mesh)
-            super().__init__(path, header, origin=origin)
+            empty = frozenset(range(header.n_frames)) - {*self._samples}
+            lost = empty if gaps == "lost" else ()
+            super().__init__(path, header, lost=lost, origin=origin)
 
     def _described(
         self, path: Path, archive: Any, meshes: Mapping[str, Any], mesh: Any
     ) -> tuple[Header, Origin | None]:
         n_frames = self._positions.getNumSamples()
-        if n_frames == 0:
+        sizes = [self._positions.getDimension(number).numPoints() for number in range(n_frames)]
+        self._samples = [number for number, size in enumerate(sizes) if size]
+        if not self._samples:
             raise InputError("the mesh has no positions")
-        as_stored = turned(faces_of(mesh))
+        as_stored = turned(faces_of(mesh, self._samples))
         faces, polygons = split_polygons(as_stored)
         self._parameters = _parameters(mesh.getSchema(), n_frames)
         bars = self._parameters.get("standard_error")
@@ -221,7 +227,7 @@ class AlembicFrames(FileFrames):
         header = Header(
             faces=faces,
             n_frames=n_frames,
-            n_vertices=len(self._positions.getValue(0)),
+            n_vertices=sizes[self._samples[0]],
             dtype=np.dtype(np.float32),
             polygons=polygons,
             name=mesh.getFullName(),
@@ -242,6 +248,9 @@ class AlembicFrames(FileFrames):
 
     def _frames(self, numbers: Indices) -> Iterator[Frame]:
         for number in numbers:
+            if number in self.lost:
+                yield self._lost_frame()
+                continue
             with of_library(f"frame {self.header.number(number)}: {_TRIED}"):
                 points = self._checked("positions", number, self._positions.getValue(number))
                 values = {
@@ -251,6 +260,9 @@ class AlembicFrames(FileFrames):
             yield Frame(points, **values)
 
     def _checked(self, name: str, number: int, values: Any) -> NDArray[Any]:
+        if number not in self._samples:
+            message = "the sample is empty; with `gaps` lost, nothing was observed in such frames"
+            raise InputError(message, frame=self.header.number(number))
         if len(values) != self.n_vertices:
             raise InputError(
                 f"{name} has {len(values)} values, "
@@ -385,7 +397,7 @@ alembic = Format(
     AlembicFrames,
     write_alembic,
     frozenset({"known", "provenance", "texture", *STATED}) - {"subdivision"},
-    frozenset({"prim"}),
+    frozenset({"prim", "gaps"}),
     library=("alembic3d", "alembic"),
     meshes=lambda path: moves(meshes_in(path)[1]),
 )

@@ -49,7 +49,8 @@ HOLDS_FACES = "holds its faces; faces can be given only for files that hold none
 _NOT_TAKEN = {
     "faces": HOLDS_FACES,
     "prim": "holds a single mesh; prim is only for USD and Alembic",
-    "gaps": "gaps is only for one file per frame and USD; mark what was not observed as missing",
+    "gaps": "gaps is only for one file per frame, USD and Alembic; mark what was not observed as "
+    "missing",
     "primvar": "has no primvars, as only USD has them",
 }
 

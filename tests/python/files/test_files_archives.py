@@ -138,6 +138,28 @@ def test_a_mask_may_be_constant_and_an_archive_empty(tmp_path: Path) -> None:
     assert_refused(archive_of(tmp_path / "empty.abc", []))
 
 
+def test_empty_samples_of_archives_are_frames_that_were_lost(tmp_path: Path) -> None:
+    path = tmp_path / "a.abc"
+    archive = Abc.OArchive(str(path))
+    schema = Geometry.OPolyMesh(archive.getTop(), "Body").getSchema()
+    nothing = imath.V3fArray(0), imath.IntArray(0), imath.IntArray(0)
+    for height in (None, 1, 2, None, 4):
+        is_empty = height is None
+        empty = Geometry.OPolyMeshSchemaSample(*nothing)
+        schema.set(empty if is_empty else sample(CORNERS + np.float32(height), 2, 1, 0))
+    del archive, schema
+    assert_refused(path, "frame 0: .*empty; with `gaps` lost")
+    partial = dynmesh.read(path, gaps="lost")
+    np.testing.assert_array_equal(np.isfinite(partial.vertices[:, 1, 1]), [0, 1, 1, 0, 1])
+    np.testing.assert_array_equal(partial.vertices[[1, 2, 4], 0, 2], [1, 2, 4])
+    filled = dynmesh.complete(partial, start=1)
+    np.testing.assert_array_equal(filled.vertices[[1, 2, 4]], partial.vertices[[1, 2, 4]])
+    add = add_mesh(archive := Abc.OArchive(str(path)), "Body", [1])
+    add_mesh(archive, "Hat", [1])
+    del archive, add
+    assert_refused(path, "several meshes together are only for USD", prim="all")
+
+
 def test_written_archives_follow_conventions(tmp_path: Path) -> None:
     vertices = np.zeros((3, 4, 3))
     vertices[1, 2] = np.nan
