@@ -23,7 +23,7 @@ _FRUSTUM = 0.08
 def rig_page(
     scan: DepthScan,
     template: tuple[NDArray[np.integer[Any]], Positions] | None,
-    up: str,
+    up: str | None,
     title: str,
     told: str,
     names: Sequence[str],
@@ -31,7 +31,8 @@ def rig_page(
     """Creates the HTML document, which needs no other file and no network.
 
     The scan has an image of each camera, and a name, with what else is said of it; the template,
-    if there is one, faces and vertices. A box can be drawn in the unit of the scan, for `crop`.
+    if there is one, faces and vertices. If the up axis is unknown, cameras tell it, which are
+    mostly held upright. A box can be drawn in the unit of the scan, for `crop`.
     """
     clouds = [cloud[:: 1 + len(cloud) // _MOST_POINTS] for cloud in scan.clouds]
     meshes = [] if template is None else [template[1]]
@@ -41,6 +42,7 @@ def rig_page(
     every = np.concatenate([box, *meshes, seats])
     low, high = every.min(axis=0), every.max(axis=0)
     length = float((high - low).max()) or 1.0
+    up = up or "xyz"[int(np.abs(np.sum(scan.poses, axis=0)[:3, 1]).argmax())]
     k3d, plot = new_plot(up)
     for colour, cloud, depth, intrinsics, pose in zip(cycle(_COLOURS), clouds, *scan, strict=False):
         if len(cloud):

@@ -142,12 +142,12 @@ def rig(
         raise InputError(message, file=path)
     numbers = _with_points(reader)
     names = reader.cameras_of(numbers[0])
-    surface, up = None, "y"
+    surface = up = None
     if template is not None:
         with formats.open(template) as mesh:
             room.factor = units_of(reader, mesh, scan_unit, template_unit).factor
             surface = Surface(mesh.faces, template_of(mesh))
-            up = mesh.header.up_axis or "y"
+            up = mesh.header.up_axis
 
     def left(cameras: Rig) -> Iterator[DepthScan]:
         """What cameras leave of the scans, in the unit of the template."""
