@@ -262,5 +262,20 @@ TEST_CASE("threads share the frames of a tracker of eight thousand vertices") {
   CHECK(shared_pieces([&] { tracker.push({mesh.points()}, {out.data(), mesh.size()}); }) > 0);
 }
 
+TEST_CASE("a subject that rests where its points lie stays there, also on a coarse mesh") {
+  const auto mesh = bumpy_torus(40);
+  const Samples samples = scan_of(mesh, mesh.vertices);
+  Tracker<double> tracker(mesh.faces(), mesh.points(), {.resolution = 400});
+  std::vector<double> tracked;
+  for (int i = 0; i < 10; ++i) tracked = track(tracker, samples);
+  double farthest = 0;
+  for (std::size_t i = 0; i < tracked.size(); ++i) {
+    farthest = std::max(farthest, std::abs(tracked[i] - mesh.vertices[i]));
+  }
+  const auto positions = rows_of(mesh.vertices);
+  const Triangle face = triangles_of(mesh)[0];
+  CHECK(farthest < 1e-3 * std::sqrt(squared_norm(positions[face[0]] - positions[face[1]])));
+}
+
 }  // namespace
 }  // namespace dynmesh::testing

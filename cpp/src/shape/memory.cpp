@@ -76,6 +76,9 @@ void check_memory(const Memory& memory, double largest) {
       !std::ranges::all_of(memory.tracking.coarse_departures, is_square)) {
     refuse_state("holds negative squares");
   }
+  if (!(memory.tracking.times_weight > 0 && memory.tracking.times_weight <= 1)) {
+    refuse_state("has no weight of points");
+  }
   if (memory.tracking.is_start > 1) refuse_state("does not tell whether a frame was good");
   if (memory.tracking.good_in_a_row < 0 || !(memory.tracking.recent.growth > 0)) {
     refuse_state("holds recent frames that no tracker can have left");

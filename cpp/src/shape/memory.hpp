@@ -129,6 +129,7 @@ struct TrackingMemory {
   std::vector<Vector3> before;            ///< (k,) the frame before the last one
   FitMemory coarse_fit;                   ///< of the coarse mesh
   std::vector<double> coarse_departures;  ///< of the coarse mesh
+  double times_weight = 1;                ///< as FitOptions
   std::vector<Vector3> good;              ///< (k,) the last good frame, at first frame 0
   RecentFrames recent;
   int good_in_a_row = 0;  ///< since the surface was lost, up to a limit, which is that of frame 0
@@ -219,6 +220,7 @@ void each_number(Visited& memory, const Visit& visit) {
   }
   visit(memory.departures);
   visit(tracking.coarse_departures);
+  visit(tracking.times_weight);
   visit(memory.errors.errors);
   visit(memory.errors.changes);
   visit(memory.errors.energies);

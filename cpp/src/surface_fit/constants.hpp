@@ -61,6 +61,11 @@ struct TrackingConstants {
   double last_weight = 2;
   double weight_growth = 2.2;
   double first_weight = 0.05;
+  /// After frames in which a subject rests, points weigh less, so that their noise bends it less:
+  /// so many times in each, down to a least share; and more again once it moves.
+  double resting_weight = 0.5;
+  double moving_weight = 4;
+  double least_times_weight = 0.125;
   double cloth_weights = 60;
   /// How far from the surface points are matched. While the whole surface moves rigidly, a point at
   /// half of this counts half.
@@ -75,6 +80,9 @@ struct TrackingConstants {
   double agreement = 0.7;
   double near = 0.8;
   double along = 0.8;
+  /// How far the place of a point may move on a coarse mesh while what was measured there of the
+  /// template counts a quarter: details are no larger.
+  double corrected_within = 0.1;
   /// The share of the shape of frame 0 in the shape that is wanted, beside that of the last frame.
   /// Folds of cloth come and go, and frame 0 knows none of them.
   double pull = 0.4;

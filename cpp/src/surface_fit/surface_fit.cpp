@@ -17,6 +17,21 @@ std::size_t most_vertices(const TrackingConstants& constants, std::size_t resolu
   return std::min(constants.coarse_vertices, n_vertices / constants.share_of_vertices);
 }
 
+/// How many times more than usual points weigh in the next frame. The steps of a subject that rests
+/// are noise, and so each undoes a part of the one before it; those of a motion have its direction.
+double next_times_weight(const Memory& memory, const FittedSurface& found,
+                         const TrackingConstants& constants) {
+  double common = 0;
+  for (std::size_t v = 0; v < found.x.size(); ++v) {
+    if (found.observed[v] == 0) continue;
+    common += dot(found.x[v] - memory.last[v], memory.last[v] - memory.tracking.before[v]);
+  }
+  const double last = memory.tracking.times_weight;
+  if (common > 0) return std::min(last * constants.moving_weight, 1.0);
+  if (common < 0) return std::max(last * constants.resting_weight, constants.least_times_weight);
+  return last;
+}
+
 }  // namespace
 
 SurfaceFit::SurfaceFit(const std::vector<Triangle>& faces, const Topology& topology,
@@ -56,13 +71,15 @@ void SurfaceFit::begin(Memory& memory) const {
 }
 
 FittedSurface SurfaceFit::fit(const Memory& memory, const PointScan& scan, Memory& next) {
-  if (coarse_ == nullptr) return whole_.fit(memory, scan, {}, next);
+  if (coarse_ == nullptr)
+    return whole_.fit(memory, scan, {.times_weight = memory.tracking.times_weight}, next);
   auto& [surface, level, first] = *coarse_;
   Memory last = first;
   surface.choose(memory, last);
   level.find_shape(last);
   Memory found = last;
-  SurfaceFrame frame = level.find(last, scan, {}, found);
+  const FitOptions options = {.times_weight = memory.tracking.times_weight, .whole = memory.last};
+  SurfaceFrame frame = level.find(last, scan, options, found);
   found.last = std::move(frame.x);
   level.fit_rotations(found);
   next.tracking.coarse_fit = found.fit;
@@ -72,8 +89,10 @@ FittedSurface SurfaceFit::fit(const Memory& memory, const PointScan& scan, Memor
   return whole_.refine(std::move(x), memory, scan, most_iterations, frame.iterations, next);
 }
 
-void SurfaceFit::remember(const Memory& memory, bool moves, bool is_lost, Memory& next) {
+void SurfaceFit::remember(const Memory& memory, const FittedSurface& found, bool moves,
+                          bool is_lost, Memory& next) {
   whole_.remember(memory, moves, next);
+  next.tracking.times_weight = next_times_weight(memory, found, whole_.constants());
   if (!is_lost) {
     next.departures = whole_.departures(next, memory.departures);
   } else {

@@ -45,7 +45,8 @@ class SurfaceFit {
   }
   /// Completes the next memory by the completed frame `next.last`. Velocities are 0 if nothing was
   /// found in it, and if the template was lost, it says nothing of what moves apart.
-  void remember(const Memory& memory, bool moves, bool is_lost, Memory& next);
+  void remember(const Memory& memory, const FittedSurface& found, bool moves, bool is_lost,
+                Memory& next);
 
   [[nodiscard]] SurfaceLevel& whole() { return whole_; }
   [[nodiscard]] const SurfaceLevel& whole() const { return whole_; }

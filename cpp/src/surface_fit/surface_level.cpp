@@ -50,6 +50,9 @@ SurfaceFrame SurfaceLevel::find(const Memory& memory, const PointScan& scan,
   WeightedTies ties = step_.ties().weighted(memory.departures);
   auto [x, visibility] = predict(memory, model_, constants_, rigid_points_, ties, matcher_, points);
   SurfaceFrame frame{std::move(x), std::move(points), std::move(visibility), std::move(ties)};
+  if (!options.whole.empty()) {
+    matcher_.compare_with(memory.last, frame.visibility, *finer_, options.whole, frame.points);
+  }
   align_rigidly(memory, options.fewest_iterations, frame);
   if (seek_lost(frame)) align_rigidly(memory, options.fewest_iterations, frame);
   std::vector<Vector3> before = frame.x;
@@ -79,7 +82,8 @@ FittedSurface SurfaceLevel::refine(std::vector<Vector3> x, const Memory& memory,
   double largest = std::numeric_limits<double>::infinity();
   for (int i = 0; i < most_iterations && !lies_still(largest); ++i) {
     const std::vector<Vector3> before = frame.x;
-    iterate(0, i == 0, constants_.whole_settled, {}, memory, preconditioner, frame, next);
+    iterate(0, i == 0, constants_.whole_settled, {.times_weight = memory.tracking.times_weight},
+            memory, preconditioner, frame, next);
     largest = 0;
     for (std::size_t v = 0; v < before.size(); ++v) {
       largest = std::max(largest, squared_norm(frame.x[v] - before[v]));
@@ -87,7 +91,8 @@ FittedSurface SurfaceLevel::refine(std::vector<Vector3> x, const Memory& memory,
   }
   if (most_iterations == 0 && has_uncertainty_) {
     frame.rows = matcher_.match(frame.x, frame.visibility,
-                                {.walked = constants_.resolution, .weight = constants_.last_weight},
+                                {.walked = constants_.resolution,
+                                 .weight = memory.tracking.times_weight * constants_.last_weight},
                                 frame.points);
   } else if (most_iterations == 0) {
     matcher_.nearest_places(frame.x, frame.visibility, constants_.resolution, frame.points);

@@ -30,6 +30,7 @@ struct FitOptions {
   /// the first are stiffer. In the last one, a point weighs so many times its usual weight.
   int fewest_iterations = 1;
   double times_weight = 1;
+  Field whole = {};  ///< the last frame of the whole of which this is a coarse mesh, or empty
   double yields_beyond = std::numeric_limits<double>::infinity();  ///< as StepInput
 };
 
@@ -67,9 +68,10 @@ class SurfaceLevel {
                std::vector<Material> materials = {});
 
   /// Lets the points be matched as with the whole of which this is a coarse mesh, in frame 0 of
-  /// both.
+  /// both. It must outlive this object.
   void measure_heights(SurfaceLevel& whole) {
     matcher_.measure_heights(model_.first_frame, whole.matcher_, whole.model_.first_frame);
+    finer_ = &whole.matcher_;
   }
 
   /// What is remembered of frame 0.
@@ -152,6 +154,7 @@ class SurfaceLevel {
   std::vector<Material> materials_;
   NonrigidStep step_;
   SurfaceMatcher matcher_;
+  const SurfaceMatcher* finer_ = nullptr;
   bool all_slide_, any_slides_, has_uncertainty_;
   std::size_t points_at_first_, rigid_points_;  // of which a part suffices
 };

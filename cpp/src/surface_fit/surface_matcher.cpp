@@ -22,6 +22,25 @@ std::size_t every_nth(std::size_t points, std::size_t wanted) {
   return std::max<std::size_t>(static_cast<std::size_t>(std::llround(spacing)), 1);
 }
 
+/// How near the end of a walk must be to be taken for the nearest place: in a fold, it may be on
+/// the other side, and is then farther than is usual of the points before.
+class UsualDistance {
+ public:
+  UsualDistance(double most, double mean_edge)
+      : most_(std::pow(most * mean_edge, 2)), least_(std::pow(least * mean_edge, 2)) {}
+
+  /// The square of the distance.
+  [[nodiscard]] double trusted() const { return std::min(most_, 9 * usual_ + least_); }
+  void add(double squared) {
+    constexpr double share = 0.1;
+    usual_ += share * (std::min(squared, 9 * usual_ + least_) - usual_);
+  }
+
+ private:
+  static constexpr double least = 0.003;  // in mean edges, above what rounding makes of 0
+  double most_, least_, usual_ = 0;
+};
+
 }  // namespace
 
 SurfaceMatcher::SurfaceMatcher(std::span<const Triangle> faces, const Topology& topology,
@@ -87,14 +106,14 @@ Vector3 SurfaceMatcher::agreeing_normal(const Surface& surface, const Place& pla
 }
 
 /// The nearest place within the radius, whatever its normal. The point walks over X from the place
-/// of the last search, or of a neighbour, and only if this does not explain it, all of X is
-/// searched.
+/// of the last search, or of a neighbour, and only if this does not explain it within the root of
+/// `trusted`, all of X is searched.
 SurfaceMatcher::Match SurfaceMatcher::nearest(const Surface& surface, const Point& point,
-                                              const Place& from, double walked) const {
+                                              const Place& from, double trusted) const {
   Place within = {.squared = std::pow(widest(), 2)};
   if (from.any()) {
     const Place place = places_.walk(surface.x, point.position, from.face);
-    if (surface.shows(place) && place.squared < std::pow(walked * mean_edge_, 2)) {
+    if (surface.shows(place) && place.squared < trusted) {
       const auto normal = agreeing_normal(surface, place, point);
       if (squared_norm(normal) > 0) return {place, normal};
     }
@@ -126,6 +145,7 @@ void SurfaceMatcher::measure_heights(Field frame, SurfaceMatcher& finer, Field f
   finer.places_.update_boxes(finer_frame);
   const auto anywhere = [](const Place&) { return true; };
   heights_.resize(faces_.size());
+  finer_faces_.resize(faces_.size());
   workers_.for_each_in_chunks(faces_.size(), [&](std::size_t f) {
     for (std::size_t s = 0; s < 3; ++s) {
       const auto a = at(faces_[f][(s + 1) % 3]);
@@ -140,7 +160,9 @@ void SurfaceMatcher::measure_heights(Field frame, SurfaceMatcher& finer, Field f
         const auto point = middle + height * normal;
         const Place place = finer.places_.nearest(
             finer_frame, point, {.squared = mean_edge_ * mean_edge_ / 4}, anywhere);
-        if (place.any()) height += dot(place.on(finer_frame) - point, normal);
+        if (!place.any()) continue;
+        height += dot(place.on(finer_frame) - point, normal);
+        finer_faces_[f][s] = place.face;
       }
       heights_[f][s] = std::clamp(height, -mean_edge_ / 2, mean_edge_ / 2);
     }
@@ -155,6 +177,49 @@ double SurfaceMatcher::height(const Place& place) const {
     sum += 4 * heights_[place.face][s] * place.shares[(s + 1) % 3] * place.shares[(s + 2) % 3];
   }
   return sum;
+}
+
+/// From a place to the finer surface, along the normal on the side of the point.
+Vector3 SurfaceMatcher::to_finer(const Surface& surface, const Match& match) const {
+  const bool is_outside = dot(match.place.on(surface.normals), match.normal) > 0;
+  return (is_outside ? height(match.place) : -height(match.place)) * match.normal;
+}
+
+/// The place of a finer surface that is nearest to a point, around a place of this one.
+Place SurfaceMatcher::finer_place(const Point& point, const Place& place,
+                                  const SurfaceMatcher& finer, Field finer_frame) const {
+  Place best;
+  for (const std::uint32_t face : finer_faces_[place.face]) {
+    const Place end = finer.places_.walk(finer_frame, point.position, face);
+    if (end.squared < best.squared) best = end;
+    if (best.squared < place.squared) break;
+  }
+  return best;
+}
+
+// A point that is farther than a mean edge is of something else, or the surface has left its place.
+void SurfaceMatcher::compare_with(Field x, const Visibility& visibility,
+                                  const SurfaceMatcher& finer, Field finer_frame,
+                                  MatchedPoints& points) {
+  const Surface surface{x, normals_of(x), visibility};
+  places_.update_boxes(x);
+  points.corrections.resize(points.points.size());
+  for_each_block(points.points.size(), [&](std::size_t first, std::size_t last) {
+    Place before;
+    UsualDistance usual(constants_.resolution, mean_edge_);
+    for (std::size_t i = first; i < last; ++i) {
+      const Point& point = points.points[i];
+      const Match match = nearest(surface, point, before, usual.trusted());
+      if (!match.place.any()) continue;
+      before = match.place;
+      usual.add(match.place.squared);
+      if (squared_norm(match.normal) == 0 || points.is_far(match.place)) continue;
+      const Place there = finer_place(point, match.place, finer, finer_frame);
+      if (points.is_far(there)) continue;
+      const auto offset = there.on(finer_frame) - match.place.on(x) - to_finer(surface, match);
+      points.corrections[i] = {match.place, offset};
+    }
+  });
 }
 
 template <class Visit>
@@ -172,10 +237,14 @@ void SurfaceMatcher::nearest_places(Field x, const Visibility& visibility, doubl
   places_.update_boxes(x);
   for_each_block(points.places.size(), [&](std::size_t first, std::size_t last) {
     Place before;
+    UsualDistance usual(walked, mean_edge_);
     for (std::size_t i = first; i < last; ++i) {
       Place& place = points.places[i];
-      place = nearest(surface, points.points[i], place.any() ? place : before, walked).place;
-      if (place.any()) before = place;
+      const Place& from = place.any() ? place : before;
+      place = nearest(surface, points.points[i], from, usual.trusted()).place;
+      if (!place.any()) continue;
+      before = place;
+      usual.add(place.squared);
     }
   });
 }
@@ -185,18 +254,21 @@ SurfaceMatcher::Rows SurfaceMatcher::match(Field x, const Visibility& visibility
   const Surface surface{x, normals_of(x), visibility};
   places_.update_boxes(x);
   const double squared_near = std::pow(constants_.near * mean_edge_, 2);
+  const double squared_reach = std::pow(constants_.corrected_within * mean_edge_, 2);
   const std::size_t n = points.points.size();
   const std::size_t every = std::min(every_nth(n, options.points), in_a_row);
   Rows rows(n);
   for_each_block(n, [&](std::size_t first, std::size_t last) {
     Place before;
+    UsualDistance usual(options.walked, mean_edge_);
     for (std::size_t i = first; i < last; i += every) {
       const Point& point = points.points[i];
       Place& place = points.places[i];
-      Match match = nearest(surface, point, place.any() ? place : before, options.walked);
+      Match match = nearest(surface, point, place.any() ? place : before, usual.trusted());
       place = match.place;
       if (!place.any()) continue;
       before = place;
+      usual.add(place.squared);
       if (options.looks_farther && squared_norm(match.normal) == 0 &&
           place.squared > squared_near) {
         match = farther(surface, point);
@@ -205,10 +277,11 @@ SurfaceMatcher::Rows SurfaceMatcher::match(Field x, const Visibility& visibility
       const double sign = dot(point.normal, match.normal) < 0 ? -1 : 1;
       const auto mean = sign * point.normal + match.normal;
       rows[i] = {match.place, (1 / std::sqrt(squared_norm(mean))) * mean, point.position, 1};
-      if (!heights_.empty()) {
-        const bool is_outside = dot(match.place.on(surface.normals), match.normal) > 0;
-        const double height = is_outside ? this->height(match.place) : -this->height(match.place);
-        rows[i].point = rows[i].point - height * match.normal;
+      if (!heights_.empty()) rows[i].point = rows[i].point - to_finer(surface, match);
+      if (!points.corrections.empty()) {
+        const auto& [at_place, offset] = points.corrections[i];
+        const double moved = squared_norm(match.place.on(x) - at_place.on(x)) / squared_reach;
+        rows[i].point = rows[i].point - (1 / ((1 + moved) * (1 + moved))) * offset;
       }
     }
   });

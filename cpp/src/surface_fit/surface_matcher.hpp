@@ -24,8 +24,8 @@ namespace dynmesh {
 
 /// How points are matched and weighed; lengths are in mean edges.
 struct MatchOptions {
-  /// A place that is this near, and agrees with its point, is taken for the nearest one if no place
-  /// around it is nearer.
+  /// A place that is this near, not much farther than usual, and agrees with its point, is taken
+  /// for the nearest one if no place around it is nearer.
   double walked = 0;
   double weight = 1;
   /// Whether a point that disagrees with its nearest place looks for another place, as the surface
@@ -52,6 +52,13 @@ struct MatchedPoints {
   std::vector<Point> points;
   std::vector<Place> places;
   std::vector<std::uint8_t> agrees;  ///< 1 for places that agree, after `update_distances`
+
+  /// Where a finer surface lies, beside what its heights tell: `offset` at a place, and near it.
+  struct Correction {
+    Place place;
+    Vector3 offset;
+  };
+  std::vector<Correction> corrections = {};  ///< of each point, after `compare_with`, or empty
 
   /// Whether its point is far from the surface: more than one mean edge, as reports promise. Nearer
   /// points that agree show which vertices are observed.
@@ -93,6 +100,9 @@ class SurfaceMatcher {
   /// Lets points be matched with a finer surface in place of this one: `frame` lies on
   /// `finer_frame`, and the finer surface stays as high above the triangles as there.
   void measure_heights(Field frame, SurfaceMatcher& finer, Field finer_frame);
+  /// Corrects the heights for points: where X stays, they are matched with `finer_frame` itself.
+  void compare_with(Field x, const Visibility& visibility, const SurfaceMatcher& finer,
+                    Field finer_frame, MatchedPoints& points);
 
   /// The points of a scan, which must outlive them, so far without places.
   [[nodiscard]] MatchedPoints points_of(const PointScan& scan) const;
@@ -142,12 +152,15 @@ class SurfaceMatcher {
   [[nodiscard]] Vector3 agreeing_normal(const Surface& surface, const Place& place,
                                         const Point& point) const;
   [[nodiscard]] Match nearest(const Surface& surface, const Point& point, const Place& from,
-                              double walked) const;
+                              double trusted) const;
   [[nodiscard]] Match farther(const Surface& surface, const Point& point) const;
   /// Calls `visit(first, last)` for blocks of points in a row, several at a time.
   template <class Visit>
   void for_each_block(std::size_t n, const Visit& visit) const;
+  [[nodiscard]] Place finer_place(const Point& point, const Place& place,
+                                  const SurfaceMatcher& finer, Field finer_frame) const;
   [[nodiscard]] double height(const Place& place) const;
+  [[nodiscard]] Vector3 to_finer(const Surface& surface, const Match& match) const;
   void weigh(const Surface& surface, const MatchOptions& options, double points_of_row,
              const MatchedPoints& points, Rows& rows) const;
   [[nodiscard]] std::vector<double> nearest_distances(std::span<const SurfaceRow> rows) const;
@@ -161,8 +174,9 @@ class SurfaceMatcher {
   std::span<const Material> materials_;
   const Clusters& clusters_;
   std::vector<double> outside_;  // of each component: -1 if its faces are wound inwards, else 1
-  std::vector<std::uint8_t> is_sheet_;          // (k,)
-  std::vector<std::array<double, 3>> heights_;  // above the sides of the faces, or empty
+  std::vector<std::uint8_t> is_sheet_;                     // (k,)
+  std::vector<std::array<double, 3>> heights_;             // above the sides of the faces, or empty
+  std::vector<std::array<std::uint32_t, 3>> finer_faces_;  // there
   Boundary boundary_;
   SurfacePlaces places_;
 };

@@ -115,6 +115,7 @@ class Tracked(detail_reference.Detail):
     def begin(self, faces: Integers, first_frame: Array) -> None:
         self.faces = faces
         self.before = first_frame
+        self.times_weight = 1.0
         self.normal = self.operator.T @ self.operator + MEMBRANE * self.laplacian
         a, b, c = (first_frame[faces[:, n]] for n in range(3))
         self.outside = np.sign((a * np.cross(b, c)).sum())
@@ -142,7 +143,7 @@ class Tracked(detail_reference.Detail):
         before = x
         for i in range(n):
             left = n - i - 1
-            weight = max(0.05, 2 * 2.2**-left)
+            weight = max(0.05, 2 * self.times_weight * 2.2**-left)
             rows = self._match(x, part if left >= 2 else slice(None), left >= 2)
             rows = rows._replace(weights=weight * rows.weights)
             nearest = self.nearest
@@ -162,6 +163,11 @@ class Tracked(detail_reference.Detail):
         is_near &= agrees | ~normals.any(axis=1)
         observed = np.zeros(self.k, dtype=bool)
         observed[corners[is_near][shares[is_near] > 0]] = True
+        common = ((x - self.previous) * (self.previous - self.before))[observed].sum()
+        if common > 0:
+            self.times_weight = min(1.0, 4 * self.times_weight)
+        elif common < 0:
+            self.times_weight = max(0.125, self.times_weight / 2)
         self.before, self.previous = self.previous, x
         self._fit(x)
         self.memory = np.einsum("nji,nj->ni", self.q, self.operator @ x)
