@@ -41,7 +41,7 @@ app = App(
     name="dynmesh",
     help="Completes dynamic meshes: frames that share one connectivity, of which some vertices are "
     "missing.\n\n"
-    "A sequence is an animated mesh in one of the formats npz, hdf5, npy, pc2, ply, "
+    "A sequence is an animated mesh in one of the formats npz, npz_frames, hdf5, npy, pc2, ply, "
     "obj, usd, usdz, alembic and model, recognised by its suffix. A vertex is missing in a frame "
     "if its known mask says so or, in a file without masks, if its position is not finite.\n\n"
     "Every command also takes --quiet (-q), which prints only what is wrong, --json, which prints "

@@ -1,7 +1,8 @@
 """`.npz`: an archive of numpy arrays, dynmesh's own format.
 
 It holds `vertices`, `faces` and, optionally, the other attributes of a :class:`dynmesh.Sequence`,
-with the same names; polygons are `polygon_sizes` and `polygon_corners`.
+with the same names; polygons are `polygon_sizes` and `polygon_corners`. A folder or a pattern of
+several archives is a sequence with a frame in each, which can only be read.
 
 An archive gives the bytes of an array in order; a frame before the last one that was read is found
 from the beginning again.
@@ -22,8 +23,10 @@ from numpy.typing import NDArray
 from .._errors import InputError, of_library
 from .._report import listed
 from ..frame import Frame, Indices
-from ..header import Header
+from ..header import ATTRIBUTES, Header, check_vertices, with_all_needed
+from ..polygons import as_polygons, split_faces
 from .format import ARRAYS, STATED, Format
+from .frame_files import IN_FILES, FilePerFrame, Loaded
 from .rows import (
     Rows,
     RowsFrames,
@@ -33,6 +36,7 @@ from .rows import (
     per_frame,
     write_rows,
 )
+from .text import Metadata
 
 _TRIED = "is damaged or not an .npz archive"
 
@@ -130,5 +134,39 @@ def arrays_in(path: Path, needed: str, *others: str) -> dict[str, NDArray[Any]]:
                 result[name] = Rows(file, members[name].file_size).whole()
         return result
 
+
+class NpzPerFrame(FilePerFrame):
+    """A sequence in one archive per frame, of arrays without a first axis, or one of length 1."""
+
+    suffix = ".npz"
+
+    def _load(self, file: Path) -> Loaded:
+        arrays = arrays_in(file, "vertices", "faces", *ATTRIBUTES, *Metadata._fields)
+        points = arrays.pop("vertices")
+        if points.ndim == 3 and len(points) != 1:
+            raise InputError(
+                f"holds {len(points)} frames, but is one of several files that hold one each; name "
+                "one file, or a pattern of others"
+            )
+        points = points.reshape(points.shape[-2:])
+        check_vertices(points.dtype, (1, *points.shape))
+        faces = as_polygons(*split_faces(arrays.pop("faces", _NO_FACES), len(points)))
+        said = Metadata(**{n: arrays.pop(n).item() for n in Metadata._fields if n in arrays})
+        names = with_all_needed(arrays)
+        for name in names:
+            arrays[name] = arrays[name].reshape(arrays[name].shape[-1:])
+            ATTRIBUTES[name].check(arrays[name].dtype, arrays[name].shape, (len(points),))
+        return Loaded(Frame(points, **{name: arrays[name] for name in names}), faces, said, set())
+
+
+_NO_FACES = np.zeros((0, 3), np.int32)
+
+npz_frames = Format(
+    "npz_frames",
+    (".npz",),
+    NpzPerFrame,
+    keeps=ARRAYS | IN_FILES,
+    takes=frozenset({"faces", "gaps"}),
+)
 
 npz = Format("npz", (".npz",), NpzFrames, write_npz, ARRAYS | {*STATED} - {"subdivision"})

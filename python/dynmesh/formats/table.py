@@ -16,7 +16,7 @@ from .alembic import alembic
 from .format import Format
 from .hdf5 import hdf5
 from .names import FrameNames, files_in, matching, with_gaps
-from .npz import npz
+from .npz import npz, npz_frames
 from .obj import obj
 from .pc2 import pc2
 from .ply import ply
@@ -27,7 +27,7 @@ from .usd import usd, usdz
 PathLike: TypeAlias = str | os.PathLike[str]
 
 
-_OWN = (npz, hdf5, npy, pc2, ply, obj, usd, usdz, alembic, model)
+_OWN = (npz, npz_frames, hdf5, npy, pc2, ply, obj, usd, usdz, alembic, model)
 
 FORMATS: dict[str, Format] = {format.name: format for format in _OWN}
 """The formats of dynmesh by name."""
@@ -96,6 +96,8 @@ def _choose(path: Path, name: str | None, otherwise: str, *, written: bool = Fal
             format.suffixes[0]: format for format in all_formats().values() if format.is_per_frame
         }
         results = [suffix for suffix in numbered if files_in(path, suffix)]
+        if len(results) > 1 and npz_frames.suffixes[0] in results:  # results beside the frames
+            results.remove(npz_frames.suffixes[0])
         if len(results) == 1:
             return numbered[results[0]]
         what = " and ".join(results) or f"no {' or '.join(numbered)}"
@@ -104,6 +106,8 @@ def _choose(path: Path, name: str | None, otherwise: str, *, written: bool = Fal
         raise InputError(f"has no suffix, which would determine the format; {otherwise}")
     suffix = path.suffix.lower()
     fitting = [format for format in possible.values() if suffix in format.suffixes]
+    if len(fitting) > 1 and not path.exists() and len(_files_of(path)) > 1:
+        fitting.sort(key=lambda format: not format.is_per_frame)
     if fitting:
         return fitting[0]
     suffixes = listed(dict.fromkeys(one for format in possible.values() for one in format.suffixes))

@@ -107,6 +107,41 @@ def test_masks_in_files_of_their_own_may_be_confidences(tmp_path: Path) -> None:
         np.testing.assert_array_equal(made.known, SEEN & (np.arange(K) > 0))
 
 
+@pytest.mark.parametrize("axis", [(), (None,)], ids=["k", "1, k"])
+@pytest.mark.parametrize("given", ["", "f%d.npz", "*.npz", "f##.npz"])
+def test_one_archive_a_frame(tmp_path: Path, given: str, axis: Any) -> None:
+    """In the order of the numbers in their names."""
+    for number in range(N):
+        name = f"f{number + 9:02d}.npz" if "##" in given else f"f{number + 9}.npz"
+        arrays = {"vertices": WHOLE.vertices[number][axis], "known": SEEN[number][axis]}
+        np.savez(tmp_path / name, faces=WHOLE.faces, up_axis="z", **arrays)
+    read = dynmesh.read(tmp_path / given)
+    np.testing.assert_array_equal(read.vertices, WHOLE.vertices)
+    np.testing.assert_array_equal(read.known, SEEN)
+    assert (read.start, read.up_axis) == (9, "z")
+    run("complete", tmp_path / given, tmp_path / "made.h5")
+    (tmp_path / "f10.npz").rename(tmp_path / "aside")
+    if "##" not in given:
+        lost = dynmesh.read(tmp_path / given, gaps="lost")
+        assert lost.known is not None
+        np.testing.assert_array_equal(lost.known.any(axis=1), [True, False, True, True])
+        assert_refused(tmp_path / given, "f10.npz is missing", lambda path: dynmesh.open(path))
+
+
+def test_archives_of_whole_sequences_and_results_beside_frames_are_no_frames(
+    tmp_path: Path,
+) -> None:
+    for number in range(2):
+        dynmesh.write(tmp_path / f"take{number}.npz", WHOLE)
+    for given in ("", "take%d.npz"):
+        told = rf"take0.npz: holds {N} frames, .*name one"
+        with pytest.raises(ValueError, match=told):
+            dynmesh.open(tmp_path / given)
+    assert dynmesh.open(tmp_path / "take1*.npz").n_frames == N
+    dynmesh.write(tmp_path / "f_%d.ply", WHOLE)
+    assert dynmesh.open(tmp_path).n_frames == N
+
+
 def shot(path: Path) -> Any:
     """A stage of which some frames show nothing: empty, blocked, invisible, without a mask."""
     dynmesh.write(path, sea(6, 6, start=1001, name="/world/body"))
