@@ -21,6 +21,7 @@ from .._options import Output
 from .._report import DoubtfulWarning, listed
 from ..frame import Frames
 from ..scans import ScanRun, ScanSource, open_scans
+from ..verbs.convert import convert_clouds
 from .beside import BESIDE, checked, filled, overwrite
 
 NAMES = {
@@ -325,6 +326,11 @@ class Command:
         if not self._reads:
             return self._verb(**own)
         path = opening.pop("path")
+        if self.__name__ == "convert":
+            clouds = convert_clouds(path, opening.get("gaps", "refuse"), **own)
+            if clouds is not None:
+                _refuse_for_scans({**opening, "gaps": None})
+                return clouds
         shared: formats.Source = {"faces": own.get("template")}
         opened = formats.opened(path, "path", shared, **opening)
         return self._verb(stack.enter_context(opened), **own)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from .._arrays import Mask, Positions
 from .._errors import InputError, locating, require
-from ..formats.conversion import check_comparable
+from ..formats.conversion import check_comparable, check_same_size
 from ..frame import FUSED, Frame, Frames, check_whole, frame_at
 from ..losses.losses import round_up
 from ..metrics import bounding_box_diagonal
@@ -107,6 +107,8 @@ class Heatmap:
         for other in (self.input, self.reference):
             if other is not None:
                 check_comparable(self.reader, other)
+        if self.reference is not None:
+            check_same_size(self.reader, self.reference)
         lacks: dict[Colour, str | None] = {n: row.lacks(self) for n, row in QUANTITIES.items()}
         lacks["plain"] = None
         unknown = f"must be one of {', '.join(lacks)}, not {wanted!r}"

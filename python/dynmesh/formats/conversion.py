@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
+from itertools import permutations
 from pathlib import Path
 from typing import TypeAlias
 
@@ -13,7 +14,7 @@ from .._arrays import Positions
 from .._checks import check_choice, check_positive
 from .._errors import InputError, locating
 from .._report import counted
-from ..frame import Frame, Frames
+from ..frame import Frame, Frames, frame_at
 from ..header import RANGE, Axis, Header
 from .times import check_slice, indices_of
 
@@ -50,6 +51,21 @@ def agreed(
         message = f"the file states units of {stated:g} m, not {said:g} m"
         raise InputError(message, argument=argument, value=given, file=file)
     return said
+
+
+def explaining(ratio: float, tolerance: float) -> list[tuple[str, str]]:
+    """Returns pairs of units that differ by about a ratio of sizes, the usual ones first.
+
+    Args:
+        ratio: how many times as large, in numbers, something in the second unit is as the same in
+            the first.
+        tolerance: the largest factor by which it may be off.
+    """
+    usual = list(UNITS)
+    pairs = permutations(usual, 2)
+    off = {pair: abs(math.log(ratio * UNITS[pair[1]] / UNITS[pair[0]])) for pair in pairs}
+    near = [pair for pair in off if off[pair] < math.log(tolerance)]
+    return sorted(near, key=lambda pair: sorted(map(usual.index, pair)))
 
 
 Unit: TypeAlias = float | str
@@ -170,6 +186,12 @@ def _unknown(what: str, remedy: str, argument: str) -> InputError:
     return InputError(f"the file states no {what}; give it by `{remedy}`", argument=argument)
 
 
+_SAME = 1.05
+"""Two sequences are in different units if their sizes differ by the ratio of these, about."""
+_MUCH = 2.0
+"""A result that is wrong may differ by less than this factor, and is measured all the same."""
+
+
 def check_same_mesh(other: Frames, reader: Frames) -> None:
     """Raises an error unless a file has the mesh of another one, and states no other unit or axis.
 
@@ -211,3 +233,22 @@ def remarks_of(*readers: Frames | None) -> tuple[str, ...]:
     """What of the motion of sequences is not read, with the names of their files."""
     there = [reader for reader in readers if reader is not None]
     return tuple(f"{one.path.name}: {remark}" for one in there for remark in one.remarks)
+
+
+def check_same_size(completed: Frames, reference: Frames) -> None:
+    """Refuses a sequence that is as much larger or smaller than its reference as another unit."""
+    sizes = []
+    for reader in (completed, reference):
+        frame = frame_at(reader, 0)
+        seen = frame.points[frame.observed].astype(np.float64)
+        sizes.append(float(np.linalg.norm(np.ptp(seen, axis=0))) if len(seen) else 0.0)
+    if min(sizes) == 0:
+        return
+    ratio = sizes[0] / sizes[1]
+    if max(ratio, 1 / ratio) > _MUCH and (pairs := explaining(1 / ratio, _SAME)):
+        ours, theirs = pairs[0]
+        raise InputError(
+            f"is {ratio:.4g} times as large as {reference.path}, as if it were in {ours} and that "
+            f"in {theirs}; dynmesh convert, with `scale` {1 / ratio:.4g}, makes them comparable",
+            file=completed.path,
+        )

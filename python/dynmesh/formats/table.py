@@ -132,15 +132,32 @@ def format_of_output(path: Path, name: str | None) -> Format:
         return chosen
 
 
-def named_like(frames: Frames, folder: Path) -> Path:
-    """Where frames are written for which a folder is given: there, by the pattern of the input."""
+def named_like(frames: Frames, folder: Path) -> tuple[Path, list[str]]:
+    """Where frames are written for which a folder is given: there, under the names of the input.
+
+    Returns:
+        The path, or a pattern; and, where no pattern gives it, the name of the file of each frame.
+    """
     path = frames.path
     if (folder.suffix and not folder.is_dir()) or not frames.files:
-        return folder
+        return folder, []
     written = (one for one in all_formats().values() if one.write and one.is_per_frame)
-    for suffix in (one.suffixes[0] for one in written):
+    suffixes = [one.suffixes[0] for one in written]
+    for suffix in suffixes:
         if files_in(path, suffix) if path.is_dir() else path.suffix.lower() == suffix:
-            with naming(path):
-                found = with_gaps(path, suffix)
-            return folder / (found.pattern or f"frame_%04d{suffix}")
-    return folder
+            break
+    else:
+        return folder, []
+    with naming(path):
+        found = with_gaps(path, suffix)
+    if not found.files:
+        return folder, []
+    by_number = dict(zip(found.numbers, found.names, strict=True))
+    if found.pattern is not None:
+        names = FrameNames(folder, found.pattern)
+        if all(names.name(number) == name for number, name in by_number.items()):
+            return folder / found.pattern, []
+    kept = [by_number.get(frames.header.number(frame), "") for frame in range(frames.n_frames)]
+    return folder / f"frame_%04d{suffix}", kept if all(kept) and len(
+        {*kept}
+    ) == frames.n_frames else []

@@ -16,7 +16,7 @@ from .._errors import InputError, locating
 from .._options import Input
 from .._report import Report, counted, tracked, write_csv
 from ..formats import OneSequence, PathLike, Source, opened
-from ..formats.conversion import check_comparable, remarks_of
+from ..formats.conversion import check_comparable, check_same_size, remarks_of
 from ..formats.times import indices_of
 from ..frame import Frame, Frames, check_whole
 from ..polygons import Faces
@@ -121,6 +121,7 @@ def measured(
     The arguments and errors are those of :func:`dynmesh.evaluate`.
     """
     check_comparable(completed, reference)
+    check_same_size(completed, reference)
     numbers = range(1, reference.n_frames) or range(1)
     if frames is not None:
         numbers = indices_of(completed.header.numbers, frames)
@@ -146,6 +147,25 @@ def measured(
     if not any(errors.vertices for errors in each):
         raise InputError("no vertex was missing in these frames", file=completed.path)
     return each, unit, calibrating.result()
+
+
+def suspicions(completed: Frames, reference: Frames) -> Iterator[str]:
+    """Yields what is probably wrong with the choice of the sequences."""
+    if reference.header.has_provenance and not completed.header.has_provenance:
+        yield (
+            "the reference holds generations, and the completed sequence holds none: were they "
+            "exchanged? The completed one comes first"
+        )
+    ours, truth = completed.header, reference.header
+    for frame in range(ours.n_frames):
+        if ours.number(frame) != truth.number(frame):
+            which = f"frame {frame} from the first on" if frame else "the first frame"
+            yield (
+                f"{which} of {completed.path.name} is number {ours.number(frame)}, and that of "
+                f"{reference.path.name} is {truth.number(frame)}: frames are compared in their "
+                "order"
+            )
+            return
 
 
 def _diagonal(reference: Frames) -> float:
@@ -287,7 +307,7 @@ def evaluate(
                 argument="input",
             )
         each, unit, calibration = measured(ours, truth, observed, only, frames, progress)
-        remarks = remarks_of(ours, truth, observed)
+        remarks = (*suspicions(ours, truth), *remarks_of(ours, truth, observed))
     counted = [errors for errors in each if errors.vertices]
     mean, rms, p99 = np.mean(
         [(errors.mean, errors.rms, errors.p99) for errors in counted], axis=0

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import re
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
@@ -144,6 +145,41 @@ def test_names_that_cannot_be_compared_are_refused(
 def test_gaps_cannot_be_told_where_several_numbers_differ(tmp_path: Path) -> None:
     put(tmp_path, ["m1_s58", "m1_s59", "m2_s00"])
     assert_refused(tmp_path, "differ in several numbers.* lost frames cannot be told", gaps="lost")
+
+
+KEPT = [
+    ["c1_1", "c1_10", "c2_2"],
+    ["first", "last"],
+    ["f_[7]"],
+    ["1700000000.999999999", "1700000001.000000000", "1700000001.000000001"],
+    ["Scan 8", "scan 9", "SCAN 10"],
+]
+
+
+@pytest.mark.parametrize("kept", KEPT)
+def test_files_in_a_folder_keep_names_that_no_pattern_gives(
+    tmp_path: Path, kept: list[str]
+) -> None:
+    put(tmp_path / "in", kept)
+    source = tmp_path / "in" / (f"{kept[0]}.obj" if len(kept) == 1 else "")
+    expected = sorted(f"{name}.obj" for name in kept)
+    out = tmp_path / "out"
+    for _ in range(2):  # the second time, they are replaced
+        dynmesh.write(out, dynmesh.convert(dynmesh.open(source), scale=2.0))
+        assert names(out) == expected
+    with pytest.raises(FileExistsError, match=re.escape(kept[0])):
+        dynmesh.write(out, dynmesh.open(source), overwrite=False)
+    for name in kept:
+        made = dynmesh.read(out / f"{name}.obj").vertices
+        np.testing.assert_array_equal(
+            made, 2 * dynmesh.read(tmp_path / "in" / f"{name}.obj").vertices
+        )
+    dynmesh.write(tmp_path / "some", dynmesh.open(source)[-1:])
+    assert names(tmp_path / "some") == [f"{kept[-1]}.obj"]
+    for others in (dynmesh.synth.ocean(2, grid=4), dynmesh.open(source)[1:]):
+        with pytest.raises(ValueError, match=r"contains|has no frames"):  # else one with the others
+            dynmesh.write(out, others)
+    assert names(out) == expected
 
 
 @settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])

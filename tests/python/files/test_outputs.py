@@ -20,6 +20,8 @@ WRITTEN = [
     ("convert in.npz new/f_%d.ply", "new/f_1.ply"),
     ("convert in.npz mixed/f_%d.ply", "mixed/f_2.ply"),
     ("convert in.npz out.obj --frames 0:1", "out.obj"),
+    ("convert clouds out", "out/a_1.ply"),
+    ("convert clouds/a_2.xyz c.ply", "c.ply"),
     ("degrade in.npz out --scan --points 50", "out/frame_00001.ply"),
     ("degrade in.npz out --depth 8x8", "out/cameras.json"),
     ("evaluate in.npz in.npz --csv table.csv", "table.csv"),
@@ -32,8 +34,11 @@ WRITTEN = [
 def written(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: Any) -> Any:
     """A command that was run, and one of its files."""
     monkeypatch.chdir(tmp_path)
+    (tmp_path / "clouds").mkdir()
     (tmp_path / "mixed").mkdir()
     (tmp_path / "mixed" / "readme.txt").touch()
+    for number in (1, 2):
+        np.savetxt(tmp_path / "clouds" / f"a_{number}.xyz", np.eye(3))
     dynmesh.write("in.npz", sea(3))
     words, file = request.param
     run(*words.split())
@@ -94,12 +99,15 @@ def test_a_replaced_file_keeps_its_mode(written: Any) -> None:
 
 
 @pytest.mark.parametrize(
-    "words", ["convert in.npz out/f_%d.ply", "degrade in.npz out --scan --points 50"]
+    "words",
+    ["convert in.npz out/f_%d.ply", "convert clouds out", "degrade in.npz out --scan --points 50"],
 )
 def test_a_folder_behind_a_link_is_written(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: str
 ) -> None:
     monkeypatch.chdir(tmp_path)
+    (tmp_path / "clouds").mkdir()
+    np.savetxt("clouds/a_1.xyz", np.eye(3))
     dynmesh.write("in.npz", sea(3))
     (tmp_path / "disk" / "far").mkdir(parents=True)
     (tmp_path / "out").symlink_to("disk/far")

@@ -10,6 +10,7 @@ import numpy as np
 
 import dynmesh
 from dynmesh._errors import locating
+from dynmesh.verbs.convert import convert_clouds
 
 _WRITING = ("provenance", "overwrite", "output_format")
 
@@ -47,7 +48,13 @@ def complete(
 def convert(
     path: str | Path, output: str | Path, *, source: Any = None, **options: Any
 ) -> SimpleNamespace:
-    """Converts a file."""
+    """Converts a file, or point clouds."""
+    gaps = (source or {}).get("gaps", "refuse")
+    own = {name: value for name, value in options.items() if name not in _WRITING}
+    clouds = convert_clouds(Path(path), gaps, **own)
+    if clouds is not None:
+        overwrite = options.get("overwrite", False)
+        return SimpleNamespace(**vars(clouds.write(output, overwrite=overwrite)))
     writing = {name: options.pop(name) for name in _WRITING if name in options}
     with dynmesh.open(path, **(source or {})) as frames:
         return write(dynmesh.convert(frames, **options), output, **writing)

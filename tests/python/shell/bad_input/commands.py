@@ -62,6 +62,8 @@ def prepare(world: World) -> None:
         "done.raw": "precious",
         "done.html": "precious",
         "foo.ply": "ply\nfoo\n",
+        "clouds/a_0.xyz": "0 0 0\n",
+        "clouds/a_1.xyz": "0 x 0\n",
         **{f"{name}.csv": text for name, (text, *_) in (_TABLES | _VERDICTS).items()},
         **{f"marks_{number}.json": text for number, text in enumerate(_LANDMARKS)},
     }.items():
@@ -110,6 +112,15 @@ _CONVERT = "convert body.npz new.npz"
 _DEGRADE = "degrade body.npz new.npz"
 _VIEW = "view body.npz -o new.html"
 _REGISTER = "register template.npz cloud/s_0000.ply new.obj"
+_OF_SEQUENCES = [
+    "--mask known.npy",
+    "--prim /a",
+    "--missing zero",
+    "--provenance",
+    "--fps 24",
+    "--frames 2:3",
+]
+
 # What the functions of the package refuse stands with them; here is what the command adds.
 shell = [
     refused("info none.npz", "none.npz:", "No such file"),
@@ -132,6 +143,9 @@ shell = [
     refused(f"{_CONVERT} --output-format fbx", "new.npz:", "'fbx'"),
     refused("convert body.npz new.usda --up x", "new.usda:", "x"),
     refused("convert foo.ply new.npz", "foo.ply: line 2:", "foo"),
+    refused("convert clouds new", "clouds/a_1.xyz: line 1:"),
+    refused("convert clouds new.npz", "new.npz: scans are written to a folder", ".npz"),
+    *(misused(f"convert cloud{one} {option}", f"{option.split()[0]}: is for sequences") for one in (" new", "s/a_0.xyz new.ply") for option in _OF_SEQUENCES),
     misused(_DEGRADE, "nothing to do"),
     misused(f"{_DEGRADE} --known 0.5 --cameras 2", "--cameras: is for scans alone; --camera is"),
     misused(f"{_DEGRADE} --known 130%", "--known", "130%"),
