@@ -213,6 +213,8 @@ def _camera_of(
         fields["size"] = size
     if poses is not None:
         moving = _moving(poses, fields.get("intrinsics"), folders[-1])
+        listed = moving.pop("direction", None)
+        direction = direction or listed
         fields = {**moving, **fields, "intrinsics": moving["intrinsics"]}
     if direction == "world-to-camera":
         fields["camera_to_world"] = inverted(fields["camera_to_world"])
@@ -239,6 +241,7 @@ def _moving(poses: Any, intrinsics: Floats | None, folder: Path) -> dict[str, An
             poses = poses_in(folder / poses)
     if isinstance(poses, Trajectory):
         described["within"] = within_of(poses)
+        described["direction"] = poses.direction
         poses = poses.listed
     by_frame = dict[Number, tuple[Floats, Floats | None]]()
     for entry in _list("poses", poses, ", or a file,"):

@@ -23,7 +23,14 @@ def matrix_of(name: str, value: Any, size: int) -> Floats:
     for number, row in enumerate(value):
         for one in row:
             check_finite(f"{name}: row {number}", one)
-    return np.array(value, np.float64)
+    result = np.array(value, np.float64)
+    last = np.eye(size)[-1]
+    if (result[-1] != last).any() and (result[:, -1] == last).all():
+        raise InputError(
+            f"{name}: its last row must be {_row(last)}, not {_row(result[-1])}; its last column "
+            "is, so it is listed column by column: list it row by row"
+        )
+    return result
 
 
 def pose_of(name: str, value: Any) -> Floats:

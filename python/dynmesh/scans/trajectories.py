@@ -4,9 +4,14 @@
 the axes of OpenGL, x right, y up, z back, to the world; the corner of the first pixel is at (0, 0);
 and depth images may have fewer pixels than those of the intrinsics.
 
-Others have only poses, which lead from the axes of OpenCV to the world:
+Others have only poses, which lead from the axes of OpenCV to the world, but where a format says
+otherwise:
 
 - TUM: lines `time tx ty tz qx qy qz qw`.
+- EuRoC: lines `time,tx,ty,tz,qw,qx,qy,qz,...` with times in nanoseconds.
+- KITTI: lines with the twelve numbers of the upper rows of a pose, one for each frame from 0.
+- COLMAP, `images.txt`: lines `id qw qx qy qz tx ty tz camera name`, each before one of points, from
+  the world to the camera.
 - 7-Scenes and ScanNet: a file for each frame with the sixteen numbers of its pose.
 """
 
@@ -45,10 +50,12 @@ class Trajectory(NamedTuple):
     Attributes:
         listed: as `cameras.json` lists them.
         is_timed: whether they are numbered by times, which need not be those of images.
+        direction: where they lead; None if the file does not say it.
     """
 
     listed: list[dict[str, Any]]
     is_timed: bool = False
+    direction: Direction | None = None
 
 
 def poses_in(path: Path) -> Trajectory:
@@ -57,8 +64,17 @@ def poses_in(path: Path) -> Trajectory:
         if (found := _one_a_file(path)) is None:
             raise InputError("is a folder without poses, NUMBER.txt or NUMBER.pose.txt")
         return found
-    lines = ((number, words_in(line)) for number, line in enumerate(lines_in(path), start=1))
-    return Trajectory([_timed(number, words) for number, words in lines if words], True)
+    lines = lines_in(path)
+    rows = [(number, line) for number, line in enumerate(lines, start=1) if words_in(line)]
+    first = rows[0][1] if rows else ""
+    if "," in first:
+        return Trajectory([_timed(n, line.split(","), _EUROC) for n, line in rows], True)
+    words = words_in(first)
+    if len(words) == 10 and _is_name(words[9]):
+        return _colmap(lines)
+    if len(words) == 12:
+        return Trajectory([_matrix(number, at, line) for at, (number, line) in enumerate(rows)])
+    return Trajectory([_timed(number, words_in(line), _TUM) for number, line in rows], True)
 
 
 def poses_beside(folders: Sequence[Path], camera: str) -> Trajectory | None:
@@ -131,21 +147,69 @@ def _entry(number: Number, pose: Any) -> dict[str, Any]:
     return {"frame": number, "camera_to_world": np.asarray(pose).tolist()}
 
 
-def _timed(line: int, words: Sequence[str]) -> dict[str, Any]:
-    if len(words) != 8:
-        message = f"must be a pose, time tx ty tz qx qy qz qw, but has {len(words)} words"
-        raise InputError(f"line {line}: {message}")
-    time = int(words[0]) if words[0].isdigit() else number_of(words[0], line)
-    *position, x, y, z, w = (number_of(word, line) for word in words[1:])
-    pose, quaternion = np.eye(4), np.array([w, x, y, z])
+_TUM = "time tx ty tz qx qy qz qw"
+_EUROC = "time,tx,ty,tz,qw,qx,qy,qz"
+
+
+def _timed(line: int, words: Sequence[str], form: str) -> dict[str, Any]:
+    """Reads the time, the position and the quaternion of a line."""
+    is_tum = form == _TUM
+    if len(words) != 8 and (is_tum or len(words) < 8):
+        raise InputError(f"line {line}: must be a pose, {form}, but has {len(words)} words")
+    time = int(words[0]) if words[0].strip().isdigit() else number_of(words[0], line)
+    *position, a, b, c, d = (number_of(word.strip(), line) for word in words[1:8])
+    return _entry(time, _posed(line, position, [d, a, b, c] if is_tum else [a, b, c, d]))
+
+
+def _posed(line: int, position: Sequence[float], quaternion: Sequence[float]) -> Floats:
+    """Returns the pose of a position and a quaternion whose real part comes first."""
+    pose = np.eye(4)
     if not np.isfinite([*position, *quaternion]).all():
-        return _entry(time, np.full((4, 4), np.nan))
+        return np.full((4, 4), np.nan)
     length = float(np.linalg.norm(quaternion))
     if not abs(length - 1) <= _ROUNDED:
         raise InputError(f"line {line}: its quaternion must have length 1, not {length:g}")
-    pose[:3, :3] = _rotation(quaternion / length)
+    pose[:3, :3] = _rotation(np.array(quaternion) / length)
     pose[:3, 3] = position
-    return _entry(time, pose)
+    return pose
+
+
+def _matrix(line: int, frame: int, text: str) -> dict[str, Any]:
+    words = words_in(text)
+    if len(words) != 12:
+        raise InputError(f"line {line}: must be the 12 numbers of a pose, but has {len(words)}")
+    upper = np.reshape([number_of(word, line) for word in words], (3, 4))
+    return _entry(frame, np.concatenate([upper, [[0.0, 0, 0, 1]]]))
+
+
+def _colmap(lines: Sequence[str]) -> Trajectory:
+    """Reads every second line that is no comment, of which the others may be empty."""
+    rows = [(at, line) for at, line in enumerate(lines, start=1) if not line.startswith("#")]
+    poses, names = list[Floats](), list[Path]()
+    for number, line in rows[::2]:
+        words = words_in(line)
+        if not words:
+            continue
+        if len(words) != 10:
+            raise InputError(
+                f"line {number}: must be an image, id qw qx qy qz tx ty tz camera name, but has "
+                f"{len(words)} words"
+            )
+        values = [number_of(word, number) for word in words[1:8]]
+        poses.append(_posed(number, values[4:], values[:4]))
+        names.append(Path(words[9]))
+    with within("names of images"):
+        numbers, _ = numbers_in(names, [name.stem for name in names])
+    listed = [_entry(number, pose) for number, pose in zip(numbers, poses, strict=True)]
+    return Trajectory(listed, False, "world-to-camera")
+
+
+def _is_name(word: str) -> bool:
+    try:
+        float(word)
+    except ValueError:
+        return True
+    return False
 
 
 def _rotation(quaternion: NDArray[np.float64]) -> Floats:

@@ -126,6 +126,11 @@ def images(folder: Path, names: Callable[[int], str] = "{:06d}".format) -> None:
         (folder / f"{names(number)}.png").write_bytes(saved(Image.new("I;16", (8, 6), 1000)))
 
 
+def kitti(root: Path, poses: Array) -> None:
+    lines(root / "poses.txt", poses[:, :3].reshape(-1, 12))
+    images(root / "depth")
+
+
 def tum(root: Path, poses: Array) -> None:
     times = [f"{1305031102.0 + n / 30:.6f}" for n in range(5)]
     rows = zip(times, poses[:, :3, 3], quaternions(poses), strict=True)
@@ -133,6 +138,26 @@ def tum(root: Path, poses: Array) -> None:
     images(root / "depth", lambda n: times[n])
     (root / "depth.txt").write_text("\n".join(f"{t} depth/{t}.png" for t in times))
     images(root / "rgb", lambda n: times[n])
+
+
+def euroc(root: Path, poses: Array) -> None:
+    times = [1403636579763555584 + 50000000 * n for n in range(5)]
+    rows = zip(times, poses[:, :3, 3], np.roll(quaternions(poses), 1, axis=1), strict=True)
+    header = "#timestamp [ns], p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m], q_RS_w []"
+    lines(root / "poses.txt", [(t, *p, *q, 0.0, 0.0) for t, p, q in rows], header, ",")
+    images(root / "depth", lambda n: str(times[n]))
+
+
+def colmap(root: Path, poses: Array) -> None:
+    """Its poses lead from the world, and the lines of points may be empty."""
+    inverse = np.linalg.inv(poses)
+    turns = np.roll(quaternions(inverse), 1, axis=1)
+    rows = list[Any]()
+    for n in range(5):
+        rows += [(n + 1, *turns[n], *inverse[n, :3, 3], 1, f"{n:06d}.jpg"), (12.5, 3.25, -1)]
+    rows[1] = ()
+    lines(root / "poses.txt", rows, "# Image list with two lines of data per image:\n# ...")
+    images(root / "depth")
 
 
 def seven_scenes(root: Path, poses: Array) -> None:
@@ -162,7 +187,7 @@ def poses_of(scans: ScanReader) -> Array:
     return np.array([scan.poses[0] for scan in scans if isinstance(scan, DepthScan)])
 
 
-RECORDERS = [tum, seven_scenes, scannet]
+RECORDERS = [kitti, tum, euroc, colmap, seven_scenes, scannet]
 
 
 @pytest.mark.parametrize("record", RECORDERS)
@@ -175,18 +200,19 @@ def test_poses_are_read_as_recorders_write_them(
     np.testing.assert_allclose(poses_of(scans), POSES, atol=1e-9)
 
 
-@pytest.mark.parametrize("record", RECORDERS)
+@pytest.mark.parametrize("record", [kitti, tum, seven_scenes, scannet, colmap])
 def test_poses_may_lead_from_the_world(
     record: Callable[[Path, Array], None], tmp_path: Path
 ) -> None:
-    record(tmp_path, np.linalg.inv(POSES))
+    """Which is said of any; those of COLMAP do already."""
+    record(tmp_path, POSES if record is colmap else np.linalg.inv(POSES))
     file = stated(tmp_path)
     scans = open_scans(tmp_path / "depth", cameras=file, poses="world-to-camera")
     np.testing.assert_allclose(poses_of(scans), POSES, atol=1e-9)
 
 
 @pytest.mark.parametrize("value", [-np.inf, np.nan])
-@pytest.mark.parametrize("record", RECORDERS)
+@pytest.mark.parametrize("record", [kitti, tum, seven_scenes, scannet])
 def test_a_lost_pose_leaves_out_its_camera(
     record: Callable[[Path, Array], None], value: float, tmp_path: Path
 ) -> None:
