@@ -1,134 +1,118 @@
-"""Completion, tracking and registration of many files, each by a command of its own."""
+"""Completion, tracking and registration of many files by Dask, on one machine or on many."""
 
-import csv
-import json
-import os
-import subprocess
+import logging
 import sys
 import time
+import traceback
 from collections import Counter
-from collections.abc import Generator
-from concurrent.futures import ThreadPoolExecutor
-from contextlib import closing
+from collections.abc import Generator, Iterator, Sequence
+from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass, replace
-from functools import cache
 from pathlib import Path
-from typing import Literal, NamedTuple, TypeAlias
+from tempfile import TemporaryDirectory
+from typing import Any, Literal, TypeAlias
 
 from .._checks import check_integer, path_of
-from .._errors import InputError
+from .._core import __version__
+from .._errors import InputError, in_one_line, require
 from .._options import Method, Output
 from .._report import Quality, Report, aligned, counted, listed, tracked, write_csv
 from ..formats import PathLike
-from ..formats.names import FrameNames
-from ..verbs.complete import complete
-from ..verbs.register import registered
-from ..verbs.track import track
-from .command import SHARED, Command, bound
+from .failure import EXPECTED
+from .job_table import VERBS, Job, exists, in_order, read_jobs
 
-VERBS = {
-    "input": ("complete", Command(complete)),
-    "scans": ("track", Command(track)),
-    "scan": ("register", Command(registered)),
-}
-"""By the column that says what a row is for."""
-
-_OF_BATCH = {*SHARED, "overwrite"}
+INTERVAL = 10.0
+"""Seconds between two looks at the workers while a job is waited for."""
 
 
-class Job(NamedTuple):
-    """A row of a table: a command line, whose paths begin at the folder of the table.
+class Workers:
+    """Those of a client of Dask, watched while jobs are waited for."""
 
-    Attributes:
-        line: of the table.
-        input: the incomplete sequence, or the scans.
-        output: what is written.
-        words: of the command line, from the command on.
-    """
+    def __init__(self, client: Any, scheduler: str | None) -> None:
+        """Checks the workers that a cluster has already.
 
-    line: int
-    input: Path
-    output: Path
-    words: tuple[str, ...]
+        Args:
+            client: of the scheduler.
+            scheduler: its address; None for processes of this machine.
+        """
+        self.client, self._scheduler = client, scheduler
+        self._known, self._none_told = frozenset[str](), False
+        self._look()
 
+    def result(self, future: Any) -> Any:
+        """Waits for a result; says on standard error if no worker is there to compute it."""
+        wait = require("distributed", extra="batch").wait
+        while not future.done():
+            try:
+                wait(future, timeout=INTERVAL)
+            except TimeoutError:
+                self._look(is_waiting=True)
+        return future.result()
 
-def read_jobs(path: Path) -> list[Job]:
-    """Reads the jobs of a table."""
-    try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            reader = csv.reader(file, strict=True, skipinitialspace=True)
-            rows = [(reader.line_num, [text.strip() for text in row]) for row in reader]
-    except (csv.Error, UnicodeDecodeError) as error:
-        raise InputError(f"is not a table of comma-separated values: {error}", file=path) from error
-    rows = [(line, row) for line, row in rows if any(row) and not row[0].startswith("#")]
-    columns = rows[0][1] if rows else []
-    for needed in ([*VERBS], ["output"]):
-        if not {*needed} & {*columns}:
-            words = listed(map(repr, needed), "or")
-            raise InputError(f"has no column {words}; columns are separated by commas", file=path)
-    for number, name in enumerate(columns):
-        if name in _OF_BATCH:
-            raise _wrong(path, 1, name, "is an option of the whole batch")
-        if not name or name in columns[:number]:
-            message = f"is the name of column {number + 1}; each needs its own"
-            raise _wrong(path, 1, repr(name), message)
-    jobs, lines = [_job(path, line, columns, row) for line, row in rows[1:]], dict[str, int]()
-    if not jobs:
-        raise InputError("has no jobs, only the names of the columns", file=path)
-    for job in jobs:
-        identity = os.path.realpath(job.output.with_name(FrameNames.of(job.output).pattern))
-        if (first := lines.setdefault(identity, job.line)) != job.line:
-            message = f"{str(job.output)!r} is the output of line {first} already"
-            raise _wrong(path, job.line, "output", message)
-    return jobs
+    def _look(self, *, is_waiting: bool = False) -> None:
+        present = frozenset(self.client.nthreads())
+        if new := present - self._known:
+            self._check(sorted(new))
+        self._known = present
+        if present or not is_waiting:
+            self._none_told = self._none_told and not present
+        elif not self._none_told:
+            self._none_told = True
+            where = self._scheduler or "on this machine"
+            print(
+                f"dynmesh: no worker is left {where}, so the jobs wait"
+                if self._scheduler is None
+                else f"dynmesh: the cluster at {where} has no worker, so the jobs wait: start "
+                f"`dask worker {where}` with dynmesh {__version__} installed",
+                file=sys.stderr,
+                flush=True,
+            )
 
-
-def _wrong(path: Path, line: int, column: str | None, reason: str) -> InputError:
-    place = f"line {line}" if column is None else f"line {line}: {column}"
-    return InputError(reason, argument=place, file=path)
-
-
-def _job(path: Path, line: int, columns: list[str], row: list[str]) -> Job:
-    from cyclopts import UnknownOptionError
-
-    if len(row) != len(columns):
-        raise _wrong(path, line, None, "has more or fewer values than there are columns")
-    given = {column: text for column, text in zip(columns, row, strict=True) if text}
-    kinds = [kind for kind in VERBS if kind in given]
-    if len(kinds) > 1:
-        raise _wrong(path, line, kinds[1], f"cannot be combined with {kinds[0]}")
-    kind = kinds[0] if kinds else "input"
-    names = [*(["template"] if kind == "scan" else []), kind, "output"]
-    for name in names:
-        if name not in given:
-            raise _wrong(path, line, name, "is empty")
-    paths = [given.pop(name) for name in names]
-    options = {f"--{column.replace('_', '-')}": column for column in given}
-    words = [
-        f"{option}={text.strip()}"
-        for option, column in options.items()
-        for text in given[column].split(";")
-    ]
-    try:
-        _check_options(kind, len(paths), *words)
-    except InputError as error:
-        option = VERBS[kind][1].option_of(error.argument or "") or ""
-        is_header = isinstance(error.__context__, UnknownOptionError)
-        place = options.get(option, error.argument)
-        raise _wrong(path, 1 if is_header else line, place, error.reason) from error
-    source, output = (path_of("path", one, folder=path.parent) for one in paths[-2:])
-    return Job(line, source, output, (VERBS[kind][0], *words, "--", *paths))
+    def _check(self, new: list[str]) -> None:
+        """Refuses workers that cannot import dynmesh, or another version."""
+        if self._scheduler is None:
+            return
+        # Text, which needs nothing there to be read; what a job needs is imported with it.
+        version = "__import__('dynmesh.cli.job_table').__version__"
+        found = self.client.run(eval, version, workers=new, on_error="return")
+        for worker, answer in found.items():
+            if answer != __version__:
+                what = f"has dynmesh {answer}" if isinstance(answer, str) else "has no dynmesh"
+                why = "" if isinstance(answer, str) else f" ({type(answer).__name__}: {answer})"
+                others = counted(sum(a != __version__ for a in found.values()), "worker")
+                raise OSError(
+                    f"worker {worker} {what}{why}, but needs {__version__}, as here; "
+                    f"{others} of {len(found)} must be started again with it"
+                )
 
 
-@cache
-def _check_options(kind: str, n_paths: int, *words: str) -> None:
-    """Refuses options behind so many paths; many rows have the same, and binding is slow."""
-    bound(VERBS[kind][1], ["path"] * n_paths + [*words])
+@contextmanager
+def workers_of(scheduler: str | None, count: int) -> Iterator[Workers]:
+    """The workers of a scheduler, or of a cluster on this machine, which ends with the block."""
+    dask, distributed = (require(name, extra="batch") for name in ("dask", "distributed"))
+    with ExitStack() as stack:
+        address: Any = scheduler
+        if scheduler is None:
+            scratch = stack.enter_context(TemporaryDirectory())
+            stack.enter_context(dask.config.set(temporary_directory=scratch))
+            cluster = distributed.LocalCluster(
+                n_workers=count,
+                threads_per_worker=1,
+                memory_limit=0,  # or else Dask would kill a job that needs more than its share
+                dashboard_address="127.0.0.1:0",  # any port: two clusters may run at once
+                silence_logs=logging.ERROR,  # of workers that end in the middle of a job
+            )
+            address = stack.enter_context(cluster)
+        try:
+            client = distributed.Client(address)
+        except (OSError, ValueError) as error:
+            raise OSError(f"no Dask scheduler answers at {scheduler}") from error
+        yield Workers(stack.enter_context(client), scheduler)
 
 
-Status: TypeAlias = Literal["done", "doubtful", "exists", "failed"]
+Status: TypeAlias = Literal["done", "doubtful", "exists", "failed", "not run"]
 
-_WRONG: tuple[Status, ...] = ("failed", "doubtful")
+_WRONG: tuple[Status, ...] = ("failed", "not run", "doubtful")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -139,11 +123,12 @@ class Row:
         input: the incomplete sequence, or the scans.
         output: what was to be written.
         status: "done", "doubtful" if the output was written, now or earlier, but is probably wrong,
-            "exists" if there was another one already, so that nothing was done, or "failed".
+            "exists" if there was another one already, so that nothing was done, "failed", or "not
+            run", as a job whose output is needed failed.
         quality: "good", "doubtful" or "ruined", of an output, as far as it is known; else "failed".
         frames: number of frames that were written.
         seconds: the time that the job took.
-        reason: why it is doubtful or failed, in one line.
+        reason: why it is doubtful, failed or was not run, in one line.
     """
 
     input: Path
@@ -169,7 +154,7 @@ class Result(Row):
 
     @property
     def wrong(self) -> list[str]:
-        """The output and why it is doubtful or failed; nothing of another one."""
+        """The output and why it is doubtful, failed or was not run; nothing of another one."""
         return [f"{self.output}: {self.reason}"] if self.status in _WRONG else []
 
 
@@ -178,7 +163,7 @@ class BatchReport(Report):
     """What :func:`batch` has done.
 
     Attributes:
-        quality: "failed" if a job failed, else "doubtful" if a result is.
+        quality: "failed" if a job failed or was not run, else "doubtful" if a result is.
         output: the table of the jobs.
         results: of the jobs, in their order.
     """
@@ -195,16 +180,18 @@ class BatchReport(Report):
             messages += [f"{result.output}: {remark}" for remark in result.remarks]
         counts = Counter(result.status for result in self.results)
         doubtful = f"{counts['doubtful']} doubtful, " if counts["doubtful"] else ""
+        not_run = f"{counts['not run']} not run, " if counts["not run"] else ""
         folder, rows = self.output.parent, [["output", "quality", "frames", "seconds"]]
         for one in self.results:
             name = one.output.relative_to(folder) if folder in one.output.parents else one.output
+            quality = one.status if one.status == "not run" else one.quality
             made = [f"{one.frames}", f"{one.seconds:.1f}"] if one.frames else [one.status]
-            rows.append([str(name), one.quality, *made])
+            rows.append([str(name), quality, *made])
         return [
             *messages,
             *aligned(rows),
             f"{counts['done']} done, {doubtful}{counts['exists']} already there, "
-            f"{counts['failed']} failed of {len(self.results)} jobs",
+            f"{not_run}{counts['failed']} failed of {len(self.results)} jobs",
         ]
 
     def write_csv(self, path: PathLike) -> None:
@@ -216,6 +203,7 @@ def batch(
     jobs: PathLike,
     *,
     workers: Method[int | None] = None,
+    scheduler: Method[str | None] = None,
     overwrite: Output[bool] = False,
     progress: bool | None = None,
 ) -> BatchReport:
@@ -228,91 +216,139 @@ def batch(
     running the command again does what is left. Why an output is doubtful is kept in a file beside
     it, `OUTPUT.doubtful.txt`, and told again until that is removed or the output is made anew.
 
-    Jobs run in any order, so what reads the output of another belongs in a second table. Spaces
-    around values, empty lines and lines that begin with # do not count.
+    A job that reads the output of another runs after it, or not at all if that fails. Spaces around
+    values, empty lines and lines that begin with # do not count.
 
     Args:
         jobs: comma-separated values, with the names of the columns in the first line.
         workers: run so many jobs at a time; else, one per processor.
+        scheduler: use the Dask cluster with this address instead; it must see the files under the
+            same paths.
         overwrite: whether to replace existing outputs instead of skipping them.
         progress: whether to show on standard error how far it is.
     """
     table = path_of("jobs", jobs)
     if workers is not None:
         check_integer("workers", workers, 1)
-    rows = read_jobs(table)
-    there = [None if overwrite else _already(job) for job in rows]
-    left = [job for job, result in zip(rows, there, strict=True) if result is None]
-    with closing(_run(left, table.parent, workers or os.cpu_count() or 1, overwrite)) as running:
-        made = iter([*tracked(running, len(left), "completing", progress)])
-    results = tuple(next(made) if result is None else result for result in there)
+        if scheduler is not None:
+            raise InputError("are those of the cluster", argument="workers", value=workers)
+    if scheduler is not None:  # whose workers run in other folders
+        table = table.absolute()
+    rows = read_jobs(table, overwrite=overwrite)
+    made = {i: there for i, job in enumerate(rows) if (there := _already(job)) is not None}
+    left = [i for i in in_order(rows) if i not in made]
+    if left:
+        processors: int = require("dask.system", extra="batch").CPU_COUNT
+        with (
+            workers_of(scheduler, workers or min(processors, len(left))) as cluster,
+            closing(_run(cluster, rows, left)) as running,
+        ):
+            made.update(tracked(running, len(left), "completing", progress))
+    results = tuple(made[i] for i in range(len(rows)))
     number = Counter(result.status for result in results)
     counts = [f"{number[status]} {status}" for status in _WRONG if number[status]]
     why = "; ".join(message for result in results for message in result.wrong)
+    is_failed = number["failed"] or number["not run"]
     return BatchReport(
-        quality="failed" if number["failed"] else "doubtful" if number["doubtful"] else "good",
+        quality="failed" if is_failed else "doubtful" if number["doubtful"] else "good",
         reason=f"{listed(counts)} of {counted(len(results), 'job')}: {why}" if why else "",
         output=table,
         results=results,
     )
 
 
-def _run(
-    jobs: list[Job], folder: Path, workers: int, overwrite: bool
-) -> Generator[Result, None, None]:
-    pool = ThreadPoolExecutor(workers)
-    try:
-        yield from pool.map(lambda job: _made(job, folder, overwrite), jobs)
-    finally:  # an interrupt ends the commands, too
-        pool.shutdown(cancel_futures=True)
-
-
 def _already(job: Job) -> Result | None:
-    """The result of a job whose output is there, without opening it."""
-    names, output = FrameNames.of(job.output), job.output
-    is_there = os.path.lexists(output) and not output.is_dir()
-    if names.numbered:
-        is_there = any(names.number(file.name) is not None for file in names.folder.glob("*"))
-    if not is_there:
+    """The result of a job whose output is not to be made anew."""
+    if job.options["overwrite"] or not exists(job.output):
         return None
-    result = Result(input=job.input, output=output, status="exists", quality="good")
-    note = _note_of(output)
-    is_newer = output.exists() and note.is_file()
-    is_newer = is_newer and output.stat().st_mtime_ns > note.stat().st_mtime_ns
-    if is_newer or not note.is_file():
-        return replace(result, reason=f"{output}: exists already")
-    reason = note.read_text(encoding="utf-8")
-    return replace(result, status="doubtful", quality="doubtful", reason=reason)
+    doubt = _doubt_of(job.output)
+    if doubt:
+        return _result(job, "doubtful", "doubtful", doubt)
+    return _result(job, "exists", "good", f"{job.output}: exists already")
 
 
-def _made(job: Job, folder: Path, overwrite: bool) -> Result:
-    """Runs a job by a command of its own; its errors are in the result."""
-    result, began = Result(input=job.input, output=job.output, status="failed"), time.monotonic()
-    verb, *words = job.words
-    command = [sys.executable, "-m", "dynmesh", verb, "--json", "--quiet"]
-    command += ["--overwrite"] * overwrite + words
-    ended = subprocess.run(command, cwd=folder, capture_output=True, encoding="utf-8", check=False)
-    result = replace(result, seconds=time.monotonic() - began)
-    if ended.returncode not in (0, 3):
-        *before, message = ended.stderr.strip().splitlines() or [f"ended by {-ended.returncode}"]
-        message = message.removeprefix("dynmesh: ")
-        message = message if str(job.input.name) in message else f"{job.input.name}: {message}"
-        return replace(result, reason=message, traceback="\n".join(before))
-    report, note = json.loads(ended.stdout), _note_of(job.output)
-    if report["quality"] == "good":
-        note.unlink(missing_ok=True)
-    else:
-        note.write_text(report["reason"], encoding="utf-8")
-    return replace(
-        result,
-        status="done" if report["quality"] == "good" else "doubtful",
-        quality=report["quality"],
-        reason=report["reason"],
-        remarks=tuple(report["remarks"]),
-        frames=report.get("frames", 1),  # a registration has one
-    )
+def _result(job: Job, status: Status, quality: Quality = "failed", reason: str = "") -> Result:
+    return Result(input=job.input, output=job.output, status=status, quality=quality, reason=reason)
+
+
+def _run(
+    workers: Workers, jobs: Sequence[Job], left: Sequence[int]
+) -> Generator[tuple[int, Result], None, None]:
+    """Yields the results of the jobs with these indices, each after those that it needs.
+
+    A job whose worker dies goes to another one.
+    """
+    futures = dict[int, Any]()
+    for i in left:
+        needed = [futures[need] for need in jobs[i].needs if need in futures]
+        futures[i] = workers.client.submit(run_job, jobs[i], *needed, pure=False)
+    lost = dict[int, Result]()
+    for i in left:
+        job = jobs[i]
+        try:
+            result = workers.result(futures[i])
+        except Exception as error:  # an error of the worker, not of the job
+            if isinstance(error, OSError) and not futures[i].done():
+                raise
+            why = f"{job.input}: the worker was lost: {in_one_line(error)}"
+            failed = [lost[need] for need in job.needs if need in lost]
+            result = _not_run(job, failed) or _result(job, "failed", reason=why)
+            lost[i] = result
+        yield i, result
+
+
+def _not_run(job: Job, needed: Sequence[Result]) -> Result | None:
+    """The result of a job that needs the outputs of others, of which one failed."""
+    for other in needed:
+        if other.status in ("failed", "not run"):
+            why = f"needs {other.output}, which could not be made"
+            return _result(job, "not run", reason=why)
+    return None
+
+
+def run_job(job: Job, *needed: Result) -> Result:
+    """Runs a job in this process, after those that it needs; its errors are in the result."""
+    if (not_run := _not_run(job, needed)) is not None:
+        return not_run
+    began = time.monotonic()
+    result = _result(job, "failed")
+    try:
+        report = VERBS[job.kind](*job.arguments, **job.options)
+        result = replace(
+            result,
+            status="done" if report.quality == "good" else "doubtful",
+            quality=report.quality,
+            reason=report.reason,
+            remarks=report.remarks,
+            frames=getattr(report, "frames", 1),  # a registration has one
+        )
+        note = _note_of(job.output)
+        if report.quality == "good":
+            note.unlink(missing_ok=True)
+        else:
+            note.write_text(report.reason, encoding="utf-8")
+    except EXPECTED as error:  # no error may stop the other jobs
+        message = in_one_line(error)
+        if isinstance(error, FileExistsError) and (there := _already(job)) is not None:
+            return there  # of another process
+        reason = message if str(job.input) in message else f"{job.input}: {message}"
+        result = replace(result, status="failed", reason=reason)
+    except Exception as error:
+        reason = f"{job.input}: a fault of dynmesh: {type(error).__name__}: {in_one_line(error)}"
+        result = replace(result, reason=reason, traceback=traceback.format_exc())
+    return replace(result, seconds=time.monotonic() - began)
 
 
 def _note_of(output: Path) -> Path:
     """The file that keeps why an output is doubtful, for the next time that its job is met."""
     return output.with_name(f"{output.name}.doubtful.txt")
+
+
+def _doubt_of(output: Path) -> str:
+    """Why an existing output is doubtful; empty if it is not, or was made anew since."""
+    note = _note_of(output)
+    if not note.is_file():
+        return ""
+    if output.exists() and output.stat().st_mtime_ns > note.stat().st_mtime_ns:
+        return ""
+    return note.read_text(encoding="utf-8")

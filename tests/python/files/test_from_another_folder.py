@@ -15,7 +15,7 @@ from scan_files import scanned_body
 from sequences import assert_same, sea
 
 import dynmesh
-from dynmesh.cli.jobs import read_jobs
+from dynmesh.cli.job_table import read_jobs
 from dynmesh.scans import open_scans
 
 N = 4
@@ -152,6 +152,7 @@ def test_paths_of_a_table_are_seen_from_its_folder(
     with contextlib.chdir(tmp_path.parent):
         jobs = read_jobs(Path(tmp_path.name, "jobs.csv"))
     here, home = tmp_path, tmp_path / "home"
-    assert [job[1:3] for job in jobs] == [
-        (here / "a.npz", home / "b.npz"), (home / "a.npz", here / "d.npz")
-    ]  # fmt: skip
+    assert [(job.input, job.output, job.options["template"]) for job in jobs] == [
+        (here / "a.npz", home / "b.npz", home / "c.obj"),
+        (home / "a.npz", here / "d.npz", here / "c.obj"),
+    ]

@@ -1,14 +1,16 @@
-"""Tables of jobs, each of which runs as a command."""
+"""Tables of jobs, which run through Dask on this machine or wherever its scheduler has workers."""
 
 import csv
+import io
 import json
 import os
 import re
 import signal
 import subprocess
 import sys
+import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,11 +18,16 @@ import numpy as np
 import pytest
 import to_file
 from commands import dynmesh_command as run
+from commands import hide
 from sequences import assert_same, sea
 
 import dynmesh
 from dynmesh.cli import jobs as running
-from dynmesh.cli.jobs import read_jobs
+from dynmesh.cli.job_table import in_order, read_jobs
+from dynmesh.cli.jobs import batch
+
+distributed = pytest.importorskip("distributed", reason="distributed is not installed")
+dask = pytest.importorskip("dask")
 
 
 def write_partial(path: Path, n_frames: int = 12, seed: int = 0, grid: int = 20) -> None:
@@ -37,7 +44,22 @@ def wait_until(what: Callable[[], object], seconds: float = 60) -> None:
         time.sleep(0.002)
 
 
-def test_ten_jobs_of_which_some_fail(tmp_path: Path) -> None:
+@pytest.fixture(scope="module")
+def scheduler(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    """The address of a scheduler with two workers."""
+    with (
+        dask.config.set(temporary_directory=str(tmp_path_factory.mktemp("dask"))),
+        distributed.LocalCluster(
+            n_workers=2, threads_per_worker=1, dashboard_address="127.0.0.1:0"
+        ) as cluster,
+    ):
+        yield cluster.scheduler_address
+
+
+@pytest.mark.parametrize("where", ["here", "at an address"])
+def test_ten_jobs_of_which_some_fail(
+    where: str, tmp_path: Path, request: pytest.FixtureRequest
+) -> None:
     for number in range(7):
         write_partial(tmp_path / f"in{number}.npz", seed=number)
     whole = sea(5, 12)
@@ -55,14 +77,16 @@ def test_ten_jobs_of_which_some_fail(tmp_path: Path) -> None:
     rows += [f"in{number}.npz,,,new/out{number}.npz" for number in range(7)]
     table.write_text("\n".join(["input,scans,template,output", *rows]))
     command: list[str | Path] = ["batch", table]
+    if where != "here":
+        command += ["--scheduler", request.getfixturevalue("scheduler")]
     told = json.loads(run(*command, "--json", code=1).stdout)
     results = {job["input"]: job for job in told["results"]}
     names = [row.removeprefix(",").partition(",")[0] for row in rows]
     assert list(results) == [str(tmp_path / name) for name in names]
-    assert "damaged.npz: is damaged" in results[str(damaged)]["reason"]
+    assert f"{damaged}: is damaged" in results[str(damaged)]["reason"]
     failed, tracked = results[str(missing)], results[str(scans)]
     assert (failed["status"], failed["reason"]) == (
-        "failed", "none.npz: No such file or directory"
+        "failed", f"{missing}: No such file or directory"
     )  # fmt: skip
     assert (tracked["status"], tracked["frames"], tracked["reason"]) == ("done", 5, "")
     assert tracked["seconds"] > 0
@@ -89,15 +113,21 @@ def test_a_row_is_a_command_line(tmp_path: Path) -> None:
         ",g,h.npz,,,,,,2,,t.ply,,\n",
         encoding="utf-8",
     )
-    first, second, tracking = (job.words for job in read_jobs(table))
-    assert first == (
-        "complete", "--bidirectional=no", "--provenance=yes", "--mask=a, mask.npy",
-        "--training=one.npz", "--training=two.npz", "--gaps=lost", "--", "a.npz", "b.npz"
-    )  # fmt: skip
-    assert second == (
-        "complete", "--method=motion", "--start=7", "--prim=/a", "--prim=/b", "--", "c.usd", "d.usd"
-    )  # fmt: skip
-    assert tracking == ("track", "--threads=2", "--template=t.ply", "--", "g", "h.npz")
+    first, second, tracking = read_jobs(table)
+    assert first.arguments == (tmp_path / "a.npz", tmp_path / "b.npz")
+    assert first.options == {
+        "mask": tmp_path / "a, mask.npy",
+        "gaps": "lost",
+        "bidirectional": False,
+        "provenance": True,
+        "training": [tmp_path / "one.npz", tmp_path / "two.npz"],
+        "overwrite": False,
+    }
+    assert second.options == {
+        "method": "motion", "start": 7, "prim": ["/a", "/b"], "overwrite": False
+    }  # fmt: skip
+    assert (tracking.kind, tracking.arguments) == ("scans", (tmp_path / "g", tmp_path / "h.npz"))
+    assert tracking.options == {"template": tmp_path / "t.ply", "threads": 2, "overwrite": False}
 
 
 @pytest.mark.parametrize("other", ["o.npz", "sub/../o.npz", "linked/o.npz", "link.npz"])
@@ -127,10 +157,63 @@ WRITTEN = {
 def test_tables_as_people_write_them(tmp_path: Path, how: str) -> None:
     table = tmp_path / "jobs.csv"
     table.write_text(PLAIN, encoding="utf-8")
-    expected = [job._replace(line=0) for job in read_jobs(table)]
+    expected = [replace(job, line=0) for job in read_jobs(table)]
     table.write_bytes(WRITTEN[how].encode())
-    assert [job._replace(line=0) for job in read_jobs(table)] == expected
-    assert {"--training=c.npz", "--training=d e.npz"} <= {*expected[0].words}
+    assert [replace(job, line=0) for job in read_jobs(table)] == expected
+    assert expected[0].options["training"] == [tmp_path / "c.npz", tmp_path / "d e.npz"]
+
+
+NEEDED = {
+    "a file": ("s/o.npz", "s/../s/o.npz"),
+    "a pattern": ("s/o_%04d.ply", "s/o_####.ply"),
+    "a pattern in a folder": ("s/o_%04d.ply", "s"),
+    "a folder": ("s/new", "s/new"),
+}
+
+
+@pytest.mark.parametrize("how", NEEDED)
+def test_a_job_comes_after_what_it_reads(tmp_path: Path, how: str) -> None:
+    output, read = NEEDED[how]
+    (tmp_path / "s").mkdir()
+    (tmp_path / "linked").symlink_to("s")
+    table = tmp_path / "jobs.csv"
+    rows = f"{read},z.npz,\nb.npz,y.npz,{read}\na.npz,{output},\n"
+    rows += "t/p_%04d.ply,t/q_%04d.ply,\nt/r_%04d.ply,t/u_%04d.ply,"
+    table.write_text(f"input,output,template\n{rows}\n")
+    jobs = read_jobs(table)
+    assert [job.needs for job in jobs] == [(2,), (2,), (), (), ()]
+    order = in_order(jobs)
+    assert order.index(2) < min(order.index(0), order.index(1))
+
+
+def test_jobs_that_need_one_another_are_refused(tmp_path: Path) -> None:
+    table = tmp_path / "jobs.csv"
+    table.write_text("input,output\na.npz,b.npz\nx.npz,y.npz\nb.npz,c.npz\nc.npz,a.npz\n")
+    with pytest.raises(ValueError, match=r"lines 2, 4 and 5: each needs the output of another"):
+        read_jobs(table)
+    table.write_text("input,output\na.npz,b.npz\nx.npz,./x.npz\n")
+    with pytest.raises(ValueError, match=r"line 3: output: is a file that the same job reads"):
+        read_jobs(table)
+
+
+def test_a_chain_runs_in_its_order_and_stops_where_it_breaks(
+    tmp_path: Path, scheduler: str
+) -> None:
+    folder = tmp_path / "None of it"
+    write_partial(folder / "a.npz")
+    table = folder / "jobs.csv"
+    rows = ["c.npz,d.npz", "b.npz,c.npz", "lost.npz,x.npz", "a.npz,b.npz", "y.npz,z.npz"]
+    table.write_text("\n".join(["input,output", *rows, "x.npz,y.npz"]))
+    command = ("batch", table, "--scheduler", scheduler)
+    told = json.loads(run(*command, "--json", code=1).stdout)
+    states = [(Path(job["output"]).stem, job["status"]) for job in told["results"]]
+    not_run = "not run"
+    assert states == [
+        ("d", "done"), ("c", "done"), ("x", "failed"), ("b", "done"), ("z", not_run), ("y", not_run)
+    ]  # fmt: skip
+    assert f"needs {folder / 'y.npz'}" in told["results"][4]["reason"]
+    write_partial(folder / "lost.npz")
+    assert "3 done, 3 already there, 0 failed of 6" in run(*command).stderr
 
 
 def test_what_exists_needs_no_workers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -138,7 +221,7 @@ def test_what_exists_needs_no_workers(tmp_path: Path, monkeypatch: pytest.Monkey
     Path("o.npz").symlink_to("lost.npz")
     Path("p_0001.ply").write_text("precious")
     Path("jobs.csv").write_text("input,output\nNone.npz,o.npz\nb.npz,p_%04d.ply\n")
-    monkeypatch.setattr(running, "_made", None)
+    hide(monkeypatch, "distributed")
     assert "0 done, 2 already there, 0 failed of 2" in run("batch", "jobs.csv").stderr
     Path("o.npz.doubtful.txt").write_text("it is odd")
     for _ in range(2):  # the table of an earlier run is replaced, no other file
@@ -155,31 +238,79 @@ def test_what_exists_needs_no_workers(tmp_path: Path, monkeypatch: pytest.Monkey
     assert Path("jobs.csv").read_text() == before
 
 
-def children_of(pid: int) -> list[int]:
-    """The processes that the threads of a process have started."""
+def test_a_cluster_without_workers_is_told_and_waited_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    write_partial(tmp_path / "a.npz", n_frames=400, grid=50)
+    (tmp_path / "jobs.csv").write_text("input,output,method\na.npz,b.npz,detail\na.npz,c.npz,\n")
+    monkeypatch.setattr(running, "INTERVAL", 0.2)
+    error = io.StringIO()
+    monkeypatch.setattr(sys, "stderr", error)
+    with (
+        dask.config.set(temporary_directory=str(tmp_path)),
+        distributed.LocalCluster(
+            n_workers=0, threads_per_worker=1, dashboard_address="127.0.0.1:0"
+        ) as here,
+    ):
+
+        def come_and_go() -> None:
+            wait_until(lambda: error.getvalue().count("has no worker") == 1)
+            here.scale(1)
+            wait_until(lambda: [*tmp_path.glob(".*.unfinished")])
+            here.scale(0)
+            wait_until(lambda: error.getvalue().count("has no worker") == 2)
+            here.scale(1)
+
+        changing = threading.Thread(target=come_and_go)
+        changing.start()
+        report = batch(tmp_path / "jobs.csv", scheduler=here.scheduler_address)
+        changing.join()
+    assert report.quality == "good"
+    assert f"start `dask worker {here.scheduler_address}`" in error.getvalue()
+
+
+def test_workers_of_another_version_are_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, scheduler: str
+) -> None:
+    write_partial(tmp_path / "a.npz")
+    (tmp_path / "jobs.csv").write_text("input,output\na.npz,b.npz\n")
+    monkeypatch.setattr(running, "__version__", "9.9.9")
+    told = run("batch", tmp_path / "jobs.csv", "--scheduler", scheduler, code=1).stderr
+    assert f"has dynmesh {dynmesh.__version__}, but needs 9.9.9" in told
+    assert not (tmp_path / "b.npz").exists()
+
+
+def children_of(pid: int) -> dict[int, bytes]:
+    """The processes that the threads of a process have started, and their command lines."""
     threads = Path(f"/proc/{pid}/task").glob("*/children")
-    return [int(child) for thread in threads for child in thread.read_text().split()]
+    started = [child for thread in threads for child in thread.read_text().split()]
+    return {int(child): Path(f"/proc/{child}/cmdline").read_bytes() for child in started}
 
 
 @pytest.mark.usefixtures("hearing_interrupts")
-def test_a_job_may_be_killed_and_all_end_with_the_command(tmp_path: Path) -> None:
+def test_workers_may_die_and_end_with_the_command(tmp_path: Path) -> None:
     write_partial(tmp_path / "in.npz", n_frames=60, grid=50)
     table = tmp_path / "jobs.csv"
     table.write_text("input,output\n" + "".join(f"in.npz,out{i}.npz\n" for i in range(100)))
     command = [sys.executable, "-m", "dynmesh", "batch", str(table), "--workers", "2"]
+    environment = os.environ | {"TMPDIR": str(tmp_path / "temporary")}
+    (tmp_path / "temporary").mkdir()
     with subprocess.Popen(
-        command, stderr=subprocess.PIPE, text=True, start_new_session=True
+        command, stderr=subprocess.PIPE, text=True, start_new_session=True, env=environment
     ) as batch:
         wait_until(lambda: len(list(tmp_path.glob(".out*"))) == 2)  # both are at work
-        killed, _ = children_of(batch.pid)
+        killed = next(pid for pid, words in children_of(batch.pid).items() if b"spawn" in words)
         os.kill(killed, signal.SIGKILL)
-        wait_until(lambda: len([*tmp_path.glob("out*.npz")]) > 2)
+        lost = [folder.name.split(".")[1] for folder in tmp_path.glob(".out*")]
+        wait_until(lambda: all((tmp_path / f"{name}.npz").exists() for name in lost))
         children = children_of(batch.pid)
+        assert len(children) >= 2
         os.killpg(batch.pid, signal.SIGINT)  # as a terminal does
         _, told = batch.communicate(timeout=60)
     assert batch.returncode == 130, told
     wait_until(lambda: not any(Path(f"/proc/{child}").exists() for child in children))
+    assert not list((tmp_path / "temporary").iterdir())
     table.write_text("input,output\n" + "".join(f"in.npz,out{i}.npz\n" for i in range(4)))
-    run("batch", table)
+    run("batch", table, "--overwrite")
     outputs = [(tmp_path / f"out{i}.npz").read_bytes() for i in range(4)]
     assert outputs == [outputs[0]] * 4

@@ -1,0 +1,221 @@
+"""The table of a batch: its rows as jobs, some of which need the outputs of others."""
+
+import csv
+import inspect
+import os
+from collections import defaultdict
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from fnmatch import fnmatchcase
+from functools import cache
+from graphlib import CycleError, TopologicalSorter
+from pathlib import Path
+from typing import Any
+
+from .._checks import path_of
+from .._errors import InputError
+from .._report import listed
+from ..formats.names import FrameNames
+from ..verbs.complete import complete
+from ..verbs.register import registered
+from ..verbs.track import track
+from .command import SHARED, Command, arguments_of, bound
+
+VERBS = {"input": Command(complete), "scans": Command(track), "scan": Command(registered)}
+"""By the column that says what a row is for."""
+
+_OF_BATCH = {*SHARED, "overwrite"}
+
+
+@dataclass(frozen=True)
+class Job:
+    """A row of a table: a command line, whose paths begin at the folder of the table.
+
+    Attributes:
+        line: of the table.
+        kind: the column that says what it is for: "input", "scans" or "scan".
+        input: the incomplete sequence, or the scans.
+        output: what is written.
+        arguments: those of the function.
+        options: its keywords.
+        files: what else is written, by the column.
+        reads: what is read.
+        needs: the indices of the jobs whose outputs it reads.
+    """
+
+    line: int
+    kind: str
+    input: Path
+    output: Path
+    arguments: tuple[Any, ...]
+    options: Mapping[str, Any]
+    files: Mapping[str, Path]
+    reads: tuple[Path, ...]
+    needs: tuple[int, ...] = ()
+
+
+def read_jobs(path: Path, *, overwrite: bool = False) -> list[Job]:
+    """Reads the jobs of a table.
+
+    Spaces around values and names of columns are left out, and so are empty lines and those that
+    begin with #.
+    """
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as file:
+            reader = csv.reader(file, strict=True, skipinitialspace=True)
+            rows = [(reader.line_num, [text.strip() for text in row]) for row in reader]
+    except (csv.Error, UnicodeDecodeError) as error:
+        raise InputError(f"is not a table of comma-separated values: {error}", file=path) from error
+    rows = [(line, row) for line, row in rows if any(row) and not row[0].startswith("#")]
+    columns = _columns(path, rows[0][1] if rows else [])
+    jobs = [_job(path, line, columns, row, overwrite) for line, row in rows[1:]]
+    if not jobs:
+        raise InputError("has no jobs, only the names of the columns", file=path)
+    _refuse_common_outputs(path, jobs)
+    return _with_needs(path, jobs)
+
+
+def in_order(jobs: Sequence[Job]) -> list[int]:
+    """Returns the indices of jobs such that each comes after those that it needs."""
+    return [*TopologicalSorter({i: job.needs for i, job in enumerate(jobs)}).static_order()]
+
+
+def exists(output: Path) -> bool:
+    """Whether there is an output, or a frame of it, without opening it."""
+    names = FrameNames.of(output)
+    if not names.numbered:
+        return os.path.lexists(output) and not output.is_dir()
+    return any(names.number(file.name) is not None for file in names.folder.glob("*"))
+
+
+def _columns(path: Path, names: list[str]) -> list[str]:
+    for needed in ([*VERBS], ["output"]):
+        if not set(needed) & set(names):
+            words = listed(map(repr, needed), "or")
+            raise InputError(f"has no column {words}; columns are separated by commas", file=path)
+    for number, name in enumerate(names):
+        if name in _OF_BATCH:
+            raise _wrong(path, 1, name, "is an option of the whole batch")
+        if not name or name in names[:number]:
+            message = f"is the name of column {number + 1}; each needs its own"
+            raise _wrong(path, 1, repr(name), message)
+    return names
+
+
+def _wrong(path: Path, line: int, column: str | None, reason: str) -> InputError:
+    place = f"line {line}" if column is None else f"line {line}: {column}"
+    return InputError(reason, argument=place, file=path)
+
+
+def _job(path: Path, line: int, columns: list[str], row: list[str], overwrite: bool) -> Job:
+    from cyclopts import UnknownOptionError
+
+    if len(row) != len(columns):
+        raise _wrong(path, line, None, "has more or fewer values than there are columns")
+    given = {column: text for column, text in zip(columns, row, strict=True) if text}
+    kinds = [kind for kind in VERBS if kind in given]
+    if len(kinds) > 1:
+        raise _wrong(path, line, kinds[1], f"cannot be combined with {kinds[0]}")
+    kind = kinds[0] if kinds else "input"
+    verb = VERBS[kind]
+    names = [*(["template"] if kind == "scan" else []), kind, "output"]
+    for name in names:
+        if name not in given:
+            raise _wrong(path, line, name, "is empty")
+    paths, folder = [Path(given.pop(name)) for name in names], path.parent
+    is_done = not overwrite and exists(path_of("output", paths[-1], folder=folder))
+    options = {f"--{column.replace('_', '-')}": column for column in given}
+    words = list[str]()
+    for option, column in options.items():
+        words += [f"{option}={text.strip()}" for text in given[column].split(";")]
+    try:
+        # What is done is skipped; reading its options would take the most time.
+        values = {} if is_done else _options(kind, len(paths), *words)
+    except InputError as error:
+        option = verb.option_of(error.argument or "") or ""
+        is_header = isinstance(error.__context__, UnknownOptionError)
+        place = options.get(option, error.argument)
+        raise _wrong(path, 1 if is_header else line, place, error.reason) from error
+    parameters = inspect.signature(verb)
+    names = [*parameters.parameters][: len(paths)]
+    values = {**values, **dict(zip(names, paths, strict=True)), "overwrite": overwrite}
+    positional, keywords = arguments_of(inspect.BoundArguments(parameters, values), folder)
+    files = {
+        key: [path_of(key, one, folder=folder) for one in _paths_in(value)]
+        for key, value in values.items()
+    }
+    written = {key for key in files if verb.options[key][-1].heading == "output"}
+    output = positional[-1]
+    return Job(
+        line,
+        kind,
+        input=positional[-2],
+        output=output,
+        arguments=positional,
+        options=keywords,
+        files={key: files[key][0] for key in written if files[key] and files[key] != [output]},
+        reads=tuple(one for key in files.keys() - written for one in files[key]),
+    )
+
+
+@cache
+def _options(kind: str, n_paths: int, *words: str) -> dict[str, Any]:
+    """The values of options behind so many paths; many rows have the same, and binding is slow."""
+    return bound(VERBS[kind], ["path"] * n_paths + [*words])
+
+
+def _paths_in(value: Any) -> Iterator[Path]:
+    for one in value if isinstance(value, list) else [value]:
+        if isinstance(one, Path):
+            yield one
+
+
+def _identity(output: Path) -> str:
+    """Names an output however its path is written."""
+    return os.path.realpath(output.with_name(FrameNames.of(output).pattern))
+
+
+def _refuse_common_outputs(path: Path, jobs: list[Job]) -> None:
+    lines: dict[str, int] = {}
+    for job in jobs:
+        for column, output in {"output": job.output, **job.files}.items():
+            first = lines.setdefault(_identity(output), job.line)
+            if first != job.line:
+                message = f"{str(output)!r} is the output of line {first} already"
+                raise _wrong(path, job.line, column, message)
+
+
+def _with_needs(path: Path, jobs: list[Job]) -> list[Job]:
+    """Finds which outputs the jobs read, as a file, a folder or a pattern."""
+    by_output, by_folder = dict[str, int](), defaultdict[str, list[tuple[str, int]]](list)
+    for index, job in enumerate(jobs):
+        by_output[_identity(job.output)] = index
+        names = FrameNames.of(job.output)
+        if names.numbered:
+            by_folder[os.path.realpath(names.folder)].append((names.name(1), index))
+        elif not job.output.suffix:  # a folder, whose names of frames are not known
+            by_folder[os.path.realpath(job.output)].append(("", index))
+
+    def made_for(read: Path) -> Iterator[int]:
+        if (whole := by_output.get(_identity(read))) is not None:
+            yield whole
+        yield from (index for _, index in by_folder[os.path.realpath(read)])
+        names = FrameNames.of(read)
+        for example, index in by_folder[os.path.realpath(read.parent)]:
+            is_own = names.number(example) is not None if names.numbered else False
+            if is_own or not example or fnmatchcase(example, read.name):
+                yield index
+
+    results = []
+    for index, job in enumerate(jobs):
+        if _identity(job.output) in map(_identity, job.reads):
+            raise _wrong(path, job.line, "output", "is a file that the same job reads")
+        needed = sorted({i for read in job.reads for i in made_for(read)} - {index})
+        results.append(replace(job, needs=tuple(needed)))
+    try:
+        in_order(results)
+    except CycleError as error:
+        lines = listed(sorted({jobs[i].line for i in error.args[1]}))
+        message = "each needs the output of another, so that none can be the first"
+        raise InputError(message, argument=f"lines {lines}", file=path) from None
+    return results
