@@ -1,21 +1,56 @@
 """What a sequence is, and what is wrong with it."""
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import closing
 from dataclasses import dataclass
 from textwrap import wrap
 from typing import Any
 
+import numpy as np
+
 from .. import formats
+from .._errors import InputError
 from .._options import Input, Output
-from .._report import Quality, Report, aligned
+from .._report import Quality, Report, aligned, as_json, percent
 from ..advice.diagnosis import Diagnosis, diagnose
-from ..formats import OneSequence, Source
+from ..formats import OneSequence, PathLike, Source
 from ..formats.times import spacing
 from ..polygons import Faces
 
 _WIDTH = 80  # of findings, which are long
 _ERRORS_OF = {"position": "of coordinates", "surface": "of distances from the surface"}
+
+
+@dataclass(frozen=True, kw_only=True)
+class MeshRow:
+    """A mesh among several.
+
+    Attributes:
+        moves: whether its points change.
+        frames: number of frames; 0 if they could not be read, like all that follows.
+        first: number of the first frame.
+        last: number of the last frame.
+        vertices: number of vertices.
+        missing: the share of them that are missing, over all frames.
+        metres_per_unit: the unit of length of its points, or None if that is unknown.
+    """
+
+    moves: bool
+    frames: int = 0
+    first: float = 0
+    last: float = 0
+    vertices: int = 0
+    missing: float = 0.0
+    metres_per_unit: float | None = None
+
+    def cells(self) -> list[str]:
+        """Its frames, vertices, what is missing, and its unit."""
+        if not self.frames:
+            return ["moves" if self.moves else "does not move"]
+        span = f"{self.first:g} to {self.last:g}" if self.moves else "does not move"
+        missing = percent(self.missing) if self.missing else "nothing"
+        return [span, str(self.vertices), missing, _unit(self.metres_per_unit)]
 
 
 def _unit(metres: float | None) -> str:
@@ -28,20 +63,20 @@ class InfoReport(Report):
 
     Attributes:
         format: the name of the format; "memory" of frames that are no file.
-        meshes: the paths of those of a file with several, and whether each moves.
+        meshes: those of a file with several, by their paths.
         diagnosis: of the mesh; None if none was chosen.
     """
 
     format: str
-    meshes: Mapping[str, bool]
+    meshes: Mapping[str, MeshRow]
     diagnosis: Diagnosis | None = None
 
     def lines(self) -> list[str]:
         """Describes the sequence, and lists the findings with advice."""
         messages = list[str]()
         if self.meshes:
-            told = {True: "moves", False: "does not move"}
-            messages = aligned([[name, told[moves]] for name, moves in self.meshes.items()])
+            head = ["mesh", "frames", "vertices", "missing", "unit"]
+            messages = aligned([head, *([name, *row.cells()] for name, row in self.meshes.items())])
         if self.diagnosis is None:
             return [*messages, *super().lines()]
         rows = {"format": self.format, **dict(_facts(self.diagnosis))}
@@ -55,7 +90,7 @@ class InfoReport(Report):
 
     def to_dict(self) -> dict[str, Any]:
         """Returns the diagnosis and the meshes as values that JSON has."""
-        meshes = {"meshes": dict(self.meshes)} if self.meshes else {}
+        meshes = {"meshes": as_json(self.meshes)} if self.meshes else {}
         if self.diagnosis is None:
             return meshes
         values = self.diagnosis.as_dict() | meshes
@@ -76,8 +111,8 @@ def info(
 
     An error prevents completion. A warning means that the result will be less accurate or that the
     data is probably faulty. docs/diagnosis.md explains all of them. Of a file with several meshes
-    (USD, Alembic), it lists these and describes the one that moves; if there are several such,
-    `prim` in `source` chooses one, or several together.
+    (USD, Alembic), it lists these, with their frames, holes and units, and describes the one that
+    moves; if there are several such, `prim` in `source` chooses one.
 
     Args:
         sequence: a file, a folder, a pattern such as 'scans/*.ply', or frames.
@@ -87,14 +122,19 @@ def info(
         progress: whether to show on standard error how far it is.
     """
     source = source or {}
-    name, moves = "memory", dict[str, bool]()
+    name, moves, prim = "memory", dict[str, bool](), source.get("prim")
+    if not isinstance(prim, str | None):
+        prim = next(iter(names)) if len(names := [*prim]) == 1 else names
     if isinstance(sequence, str | os.PathLike):
         name = formats.format_of(sequence, source.get("format")).name
         moves = dict(formats.meshes_of(sequence, source.get("format")))
-    several = moves if len(moves) > 1 else {}
-    if several and source.get("prim") is None and sum(moves.values()) != 1 and not strict:
-        message = "`prim` describes one of them, by its path"
-        return InfoReport(format=name, meshes=several, remarks=(message,))
+    several, problem = dict[str, MeshRow](), tuple[str, ...]()
+    is_one = isinstance(prim, str) and prim != "all"
+    if isinstance(sequence, str | os.PathLike) and len(moves) > 1 and not is_one:
+        several, problem = _meshes(sequence, moves, prim or "all", source)
+        if prim is not None or (sum(moves.values()) != 1 and not strict):
+            message = "`prim` describes one of them, by its path"
+            return InfoReport(format=name, meshes=several, remarks=(*problem, message))
     with formats.opened(sequence, shared={"faces": faces}, **source) as reader:
         diagnosis = diagnose(reader, progress=progress)
         remarks = reader.remarks
@@ -104,8 +144,42 @@ def info(
         format=name,
         meshes=several,
         diagnosis=diagnosis,
-        remarks=remarks,
+        remarks=(*problem, *remarks),
     )
+
+
+def _meshes(
+    path: PathLike, moves: Mapping[str, bool], prim: str | Iterable[str], source: Source
+) -> tuple[dict[str, MeshRow], tuple[str, ...]]:
+    """Describes several meshes, or says why one of them cannot be read."""
+    names = [*moves] if prim in ("all", ["all"]) else [*prim]
+    rows = {name: MeshRow(moves=moves.get(name, False)) for name in names}
+    how: Source = {**source}
+    is_usd = "primvar" in formats.format_of(path, source.get("format")).takes
+    if is_usd:
+        how["gaps"] = "lost"
+    try:
+        for one_or_more in [prim] if is_usd else names:
+            how["prim"] = one_or_more
+            with formats.open(path, **how) as frames:
+                for name, one in (frames.each or {str(frames.header.name): frames}).items():
+                    header = one.header
+                    with closing(one.frames()) as every:
+                        lost = float(np.mean([1 - frame.present.mean() for frame in every]))
+                    rows[name] = MeshRow(
+                        moves=moves[name],
+                        frames=header.n_frames,
+                        first=header.number(0),
+                        last=header.number(header.n_frames - 1),
+                        vertices=header.n_vertices,
+                        missing=lost,
+                        metres_per_unit=header.metres_per_unit,
+                    )
+    except InputError as error:
+        if error.argument == "prim":
+            raise
+        return rows, (str(error),)
+    return rows, ()
 
 
 def _facts(diagnosis: Diagnosis) -> Iterator[tuple[str, str]]:
