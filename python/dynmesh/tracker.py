@@ -63,7 +63,10 @@ class MeshInScan(Agreement):
             common growth: since the first frame, or from the template. If it is large, the scan is
             of another subject.
         growth: how many times as long the edges have become, by their median.
-        change: how much the edges have changed since the last good frame, as `stretch`.
+        change: how much the edges have changed since the last frame that was not lost, as
+            `stretch`.
+        parted: the share of the places where components touch that came apart since then, or
+            together, by more than three mean edges.
         others: the share of the points that lie on nothing of the mesh, since other things were
             measured as well. They do not make it worse.
         others_distance: their median distance from the mesh.
@@ -84,8 +87,9 @@ class MeshInScan(Agreement):
             more, the sum of `contradicted` / 0.05, `stretch` / 0.13 and, of the template's area,
             the largest piece without a point, divided by 0.05. Until a frame is good also
             `stretch` / 0.06, and the growth by 6 %.
-        leap: `change` as a multiple of the largest that the recent good frames make likely, or the
-            growth since then as one of 6 %; 0 if the shape has not become another one.
+        leap: `change` as a multiple of the largest that the recent good frames make likely, the
+            same of `parted` if `doubt` is more than 0.5, or the growth since then as one of 6 %; 0
+            if the shape has not become another one.
         quality: "good", "doubtful" or "ruined", probably.
         reason: why the quality is not good, in a sentence that begins with the cause; empty if it
             is.
@@ -100,6 +104,7 @@ class MeshInScan(Agreement):
     explained: float
     contradicted: float
     change: float = field(repr=False)
+    parted: float = field(repr=False)
     others: float
     others_distance: float
     noise: float
@@ -131,7 +136,7 @@ class TrackingReport(MeshInScan, FrameReport):
             a point, or if a component is lost; "ruined" if `leap` is more than 1, which lasts until
             the mesh is right again, `contradicted` more than 0.15, `explained` less than 0.3, or
             `stretch` more than 0.3.
-        recovered: whether the template was lost and found again.
+        recovered: whether the template was sought elsewhere and found.
     """
 
     rejected: int = field(repr=False)

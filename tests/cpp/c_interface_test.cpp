@@ -25,8 +25,8 @@ static_assert(sizeof(dynmesh_mask) == 24);
 static_assert(sizeof(dynmesh_settings) == 48 && offsetof(dynmesh_settings, noise) == 24);
 static_assert(sizeof(dynmesh_frame_report) == 608 && offsetof(dynmesh_frame_report, reason) == 92);
 static_assert(sizeof(dynmesh_template) == 32);
-static_assert(sizeof(dynmesh_measure) == 672 && offsetof(dynmesh_measure, reason) == 156);
-static_assert(sizeof(dynmesh_tracking_report) == 720);
+static_assert(sizeof(dynmesh_measure) == 680 && offsetof(dynmesh_measure, reason) == 164);
+static_assert(sizeof(dynmesh_tracking_report) == 728);
 static_assert(sizeof(dynmesh_agreement) == 32);
 static_assert(sizeof(dynmesh_depth_image) == 240);
 

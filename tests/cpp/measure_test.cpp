@@ -100,6 +100,31 @@ TEST_CASE("a shape that leaps is lost, and one that always moves as fast is not"
   }
 }
 
+TEST_CASE("parts that come apart at once, while something speaks against it, are lost") {
+  for (const double usual : {0.01, 0.3}) {
+    for (const double contradicted : {0.01, 0.03}) {
+      Before before;
+      Measure frame{.agreement = {1000, 0, 0, 0.1}, .parted = usual};
+      for (int i = 0; i < 20; ++i) add_frame(frame, before.recent);
+      CAPTURE(usual);
+      CAPTURE(contradicted);
+      Measure next = frame;
+      next.parted = 0.4;
+      next.contradicted = contradicted;
+      CHECK((judged(next, before) == Quality::ruined) == (usual < 0.1 && contradicted > 0.02));
+    }
+  }
+}
+
+TEST_CASE("places part that were near each other, and are not any more") {
+  const std::vector<Vector3> before = {{0, 0, 0}, {1, 0, 0}, {0, 3, 0}, {1, 3, 0}};
+  const std::vector<Tie> ties = {{.i = 0, .j = 1, .weight = 3}, {.i = 2, .j = 3, .weight = 1}};
+  std::vector<Vector3> after = {{0, 0, 5}, {0, 1, 5}, {0, 3, 0}, {6, 3, 0}};  // the first turned
+  CHECK(parted_share(ties, before, after, 1) == doctest::Approx(0.25));
+  CHECK(parted_share(ties, before, after, 2) == 0);
+  CHECK(parted_share({}, before, after, 1) == 0);
+}
+
 TEST_CASE("slow growth is that of the subject, and sudden growth that of a unit") {
   Before before;
   Measure frame{.agreement = {1000, 0, 0, 0.1}};

@@ -332,6 +332,7 @@ typedef struct dynmesh_measure {
   double explained;
   double contradicted;
   double change;
+  double parted;
   double others;
   double others_distance;
   double noise;

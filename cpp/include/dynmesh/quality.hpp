@@ -66,8 +66,11 @@ struct DYNMESH_EXPORT Measure {
   /// What speaks against the mesh: the share of this surface that a sensor saw through, since it
   /// measured what lies behind, and the share of the points on the mesh that face the other way.
   double contradicted = 0;
-  /// How much the edges have changed since the last good frame of a tracker, as `stretch`.
+  /// How much the edges have changed since the last frame of a tracker that was not lost, as
+  /// `stretch`, and the share of the places where components touch that came apart since then, or
+  /// together, by more than three mean edges.
   double change = 0;
+  double parted = 0;
   /// The share of the points that lie on nothing of the mesh, since other things were measured as
   /// well, and their median distance from it.
   double others = 0;
@@ -81,8 +84,9 @@ struct DYNMESH_EXPORT Measure {
   /// its pose there, also the stretch divided by 0.06, and the growth by 6 %; later, growth by 6 %
   /// in one frame.
   double doubt = 0;
-  /// `change` as a multiple of the largest that the recent good frames make likely; 0 if the shape
-  /// has not become another one. A pose that was lost is held by bending the mesh otherwise.
+  /// `change` as a multiple of the largest that the recent good frames make likely, or `parted` if
+  /// that is more and something speaks against the mesh; 0 if the shape has not become another one.
+  /// A pose that was lost is held by bending the mesh otherwise, or its parts by other ones.
   double leap = 0;
   /// Whether no earlier frame of the tracker was good. Its template is the subject as it is in the
   /// first scan; one that must be deformed to reach the points is another, or lies elsewhere.

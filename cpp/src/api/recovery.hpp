@@ -52,8 +52,9 @@ class Recovery {
     memory.tracking.frames_until_search = std::nullopt;
   }
 
-  /// How the surface lies in the scan in which it was found.
-  [[nodiscard]] Measure measure(const Memory& memory, const FittedSurface& found) const {
+  /// How the surface lies in the scan in which it was found, perhaps from a good registration.
+  [[nodiscard]] Measure measure(const Memory& memory, const FittedSurface& found,
+                                bool was_registered = false) const {
     const Cells& cells = mesh_.topology.cells;
     const PointScan& scan = *found.points.scan;
     Measure made =
@@ -66,48 +67,64 @@ class Recovery {
                             ? Sight{seen_, std::vector<std::uint8_t>(seen_.size())}
                             : sight_of(surface, scan, quality.noise, reach, mesh_.workers);
     add_evidence(evidence_of(surface, sight, quality, found.points), made);
-    made.change = change_of(cells, memory.tracking.good, found.x).stretch;
+    const Field before = last_unlost(memory);
+    made.change = change_of(cells, before, found.x).stretch;
+    made.parted = parted_share(surface_.ties(), before, found.x, surface_.mean_edge());
     made.is_start = memory.tracking.is_start != 0;
     if (!found.lost.empty() && found.agreements.all.points > 0) {
       made.lost = static_cast<double>(found.lost.front());
     }
-    made.quality = judged(
-        made, {memory.tracking.recent, !scan.sensors.empty(), made.noise / surface_.mean_edge()});
+    made.quality = judged(made, {memory.tracking.recent, !scan.sensors.empty(),
+                                 made.noise / surface_.mean_edge(), was_registered});
     return made;
   }
-  /// Whether the template was lost in a frame, after a good one.
+  /// Whether to seek the template elsewhere: it was lost in a frame, after a good one, or much
+  /// suddenly speaks against it, as if some of its parts were.
   [[nodiscard]] bool is_due(const Memory& memory, const Measure& measure) const {
-    return is_wanted_ && memory.tracking.frames_until_search && is_lost(measure);
+    const TrackingMemory& tracking = memory.tracking;
+    if (!is_wanted_ || !tracking.frames_until_search) return false;
+    const bool is_doubtful = tracking.good_in_a_row == quality_limits.settled_frames &&
+                             tracking.frames_until_search == 0 && !measure.is_start &&
+                             measure.doubt > quality_limits.sought_doubt;
+    return is_lost(measure) || is_doubtful;
   }
 
-  /// Seeks the template from elsewhere than in `memory`. Returns the memory from which the surface
-  /// was found again in `found`, with its measure, or nothing, and `found` is lost.
-  std::optional<Memory> find_again(SurfaceFit& surface, const Memory& memory,
-                                   const PointScan& measurement, FittedSurface& found,
-                                   Measure& measure, Memory& next) const {
-    std::optional<Memory> start = memory;
-    const auto is_found_from = [&](const Frame& frame) {
-      surface.whole().place(frame, *start);
-      found = surface.fit(*start, measurement, next);
-      measure = this->measure(memory, found);
-      return !is_lost(measure);
+  /// What was sought elsewhere.
+  struct Sought {
+    Memory start, next;  ///< from which the surface was found, and what `fit` wrote
+    FittedSurface found = {};
+    Measure measure = {};
+    bool is_better = false;  ///< than what was found before
+    bool by_registration = false;
+  };
+  /// Seeks the template from elsewhere than in `memory`, from which `found` was found.
+  Sought seek(SurfaceFit& surface, const Memory& memory, const PointScan& measurement,
+              const FittedSurface& found, const Measure& measure, const Memory& next) const {
+    Sought sought = {memory, next};
+    const bool was_lost = is_lost(measure);
+    const auto fit_from = [&](const Frame& frame, bool was_registered) {
+      surface.whole().place(frame, sought.start);
+      sought.found = surface.fit(sought.start, measurement, sought.next);
+      sought.measure = this->measure(memory, sought.found, was_registered);
+      const bool has_less_doubt = was_lost && sought.measure.doubt < measure.doubt;
+      sought.is_better =
+          sought.measure.quality == Quality::good || (has_less_doubt && !is_lost(sought.measure));
     };
-    if (is_found_from(memory.tracking.good)) return start;
-    // Points that are no surface are of nothing that can be found.
-    const bool is_surface = measure.noise < quality_limits.most_noise * surface_.mean_edge();
-    if (memory.tracking.frames_until_search == 0 && is_surface) {
-      const auto frame = registered(memory.tracking.good, measurement);
-      if (frame && is_found_from(*frame)) {
-        measure.is_start = false;  // the scan may show another pose
-        return start;
-      }
+    if (was_lost) fit_from(memory.tracking.good, false);
+    sought.by_registration =
+        !sought.is_better && memory.tracking.frames_until_search == 0 && are_of_a_surface(found);
+    if (sought.by_registration) {
+      const auto pose = registered(memory.tracking.good, measurement);
+      if (pose) fit_from(pose->x, pose->is_good());
+      sought.measure.is_start = false;  // the scan may show another pose
     }
-    return std::nullopt;
+    return sought;
   }
 
-  /// Remembers the completed frame, and whether it was sought again. A state that was found again
-  /// is the good one after some frames: a single one may be of something else.
-  void remember(const Memory& memory, const Measure& measure, bool was_due, Memory& next) const {
+  /// Remembers the completed frame, and whether and how it was sought elsewhere. A state that was
+  /// found there is the good one after some frames: a single one may be of something else.
+  void remember(const Memory& memory, const Measure& measure, const std::optional<Sought>& sought,
+                Memory& next) const {
     const bool has_points = measure.agreement.points > 0;
     const bool has_begun = has_points && (measure.quality == Quality::good || !measure.is_start);
     next.tracking.is_start = has_begun ? 0 : memory.tracking.is_start;
@@ -117,7 +134,7 @@ class Recovery {
     tracking.recent = memory.tracking.recent;
     tracking.good_in_a_row = memory.tracking.good_in_a_row;
     if (is_good) {
-      const int before = was_due ? 0 : tracking.good_in_a_row;
+      const int before = sought ? 0 : tracking.good_in_a_row;
       tracking.good_in_a_row = std::min(before + 1, quality_limits.settled_frames);
       // A template that does not fit from the start on says nothing of the subject.
       const bool tells = measure.quality == Quality::good || !measure.is_start;
@@ -134,7 +151,7 @@ class Recovery {
       if (is_good) next.tracking.frames_until_search = 0;
     } else if (*memory.tracking.frames_until_search > 0) {
       next.tracking.frames_until_search = *memory.tracking.frames_until_search - 1;
-    } else if (was_due) {
+    } else if (sought && sought->by_registration) {
       next.tracking.frames_until_search = TrackingConstants().frames_between_recoveries - 1;
     }
   }
@@ -151,11 +168,24 @@ class Recovery {
     return {mesh_.faces, mesh_.topology.cells, first_,    x, normals,
             is_sheet_,   surface_.mean_edge(), size_of(x)};
   }
+  /// The last frame that was not lost: with each frame from the good one on, a shape may change.
+  static Field last_unlost(const Memory& memory) {
+    return memory.tracking.good_in_a_row > 0 ? memory.last : memory.tracking.good;
+  }
+  /// Whether the points lie on some surface, within noise or with normals like those of their
+  /// neighbours. Others are of nothing that can be found.
+  [[nodiscard]] bool are_of_a_surface(const FittedSurface& found) const {
+    const auto normals = surface_.normals_of(found.x);
+    const PointQuality points = quality_of(bent(found.x, normals), found.points);
+    const double most =
+        points.has_normals ? quality_limits.most_noise : quality_limits.most_noise_without_normals;
+    return points.noise < most * surface_.mean_edge();
+  }
   static bool is_lost(const Measure& measure) { return measure.quality == Quality::ruined; }
   /// The last good shape where it was measured; none if there are too few points, or those of
   /// something of another size.
-  [[nodiscard]] std::optional<Frame> registered(const Frame& shape,
-                                                const PointScan& measurement) const {
+  [[nodiscard]] std::optional<Pose> registered(const Frame& shape,
+                                               const PointScan& measurement) const {
     if (measurement.size() < TrackingConstants{}.fewest) return std::nullopt;
     const double ratio = size_of(measurement.points) / size_of_surface(mesh_.faces, shape);
     if (!(std::max(ratio, 1 / ratio) <= registration_constants.other_unit)) return std::nullopt;
@@ -163,7 +193,7 @@ class Recovery {
     const RegistrationSettings settings;
     PoseSearch search(good, mesh_.topology, mesh_.workers, settings,
                       std::numeric_limits<double>::epsilon());
-    return search.run(measurement, {}).x;
+    return search.run(measurement, {});
   }
 
   Stream& mesh_;

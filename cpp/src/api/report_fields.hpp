@@ -60,6 +60,7 @@ void for_each_number(Visited& measure, const Visit& visit) {
   visit("explained", measure.explained, &Twin::explained);
   visit("contradicted", measure.contradicted, &Twin::contradicted);
   visit("change", measure.change, &Twin::change);
+  visit("parted", measure.parted, &Twin::parted);
   visit("others", measure.others, &Twin::others);
   visit("others_distance", measure.others_distance, &Twin::others_distance);
   visit("noise", measure.noise, &Twin::noise);

@@ -91,16 +91,16 @@ struct Tracking {
     if (memory.n_frames == 0) check_first_scan(measurement, found, memory.last, surface.whole());
     TrackingReport report;
     report.measure = recovery.measure(memory, found);
-    const bool is_due = recovery.is_due(memory, report.measure);
-    std::optional<Memory> again;
-    if (is_due) {
-      again = recovery.find_again(surface, memory, measurement, found, report.measure, next);
-      if (!again) {
-        found = surface.fit(memory, measurement, next);
-        report.measure = recovery.measure(memory, found);
-      }
+    std::optional<Recovery::Sought> sought;
+    if (recovery.is_due(memory, report.measure)) {
+      sought = recovery.seek(surface, memory, measurement, found, report.measure, next);
     }
-    report.recovered = again.has_value();
+    report.recovered = sought && sought->is_better;
+    if (report.recovered) {
+      found = std::move(sought->found);
+      report.measure = sought->measure;
+      std::swap(next, sought->next);
+    }
     describe_quality(report);
     std::ranges::copy(found.observed, next.known.begin());
     next.generations.classify(stream.topology.cells, next.known);
@@ -109,11 +109,11 @@ struct Tracking {
     std::ranges::copy(moves ? found.x : Field(memory.last), next.last.begin());
     stream.reset_diverged(memory.last, next.last);
     stream.count_frames(memory, next);
-    const Memory& from = again ? *again : memory;
+    const Memory& from = report.recovered ? sought->start : memory;
     const bool is_lost = report.quality == Quality::ruined;
     surface.measure_errors(found, is_lost, from, next);
     surface.remember(from, found, moves, is_lost, next);
-    recovery.remember(memory, report.measure, is_due, next);
+    recovery.remember(memory, report.measure, sought, next);
     report.iterations = static_cast<std::size_t>(found.iterations);
     report.stages.prior_weight = next.fit.prior_weight;
     report.stages.prior_share = next.fit.prior_share;

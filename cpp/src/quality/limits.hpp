@@ -34,6 +34,13 @@ inline constexpr struct QualityLimits {
   double leap = 0.035;
   double leap_times = 2.5;
   double leap_stretch = 0.03;
+  /// The same of parts that come apart, by so many mean edges. A machine that was turned, and whose
+  /// parts were drawn to other ones, did so at 0.2 to 0.7 of the places where they touch, where
+  /// 0.06 is the most of joints; and a doubt of this, at least, speaks against it; against what
+  /// bursts, it is 0.3.
+  double parted_edges = 3;
+  double parted = 0.2;
+  double parted_doubt = 0.5;
   /// What was usual holds for so many mean deviations from it.
   double deviations = 4;
   /// A surface that is tracked is lost, and a result ruined, if less is explained, if more of it is
@@ -43,6 +50,8 @@ inline constexpr struct QualityLimits {
   double ruined_stretch = 0.3;
   /// Cameras are suspected whose points are far from the surface to a larger share.
   double ruined_far = 0.05;
+  /// From this doubt on, a pose that is not lost is sought elsewhere, too.
+  double sought_doubt = 1.5;
   /// So many frames in a row are good until a state that was found again is the good one.
   int settled_frames = 3;
 
@@ -55,6 +64,7 @@ inline constexpr struct QualityLimits {
 
   /// Points that scatter by more mean edges are no surface, and their noise explains nothing.
   double most_noise = 1.4;
+  double most_noise_without_normals = 0.5;
 
   /// Where a smaller share of the vertices has a point, the mesh is a guess.
   double hardly_seen = 0.01;

@@ -52,6 +52,18 @@ Change change_of(const Cells& cells, Field before, Field after) {
   return found;
 }
 
+double parted_share(std::span<const Tie> ties, Field before, Field after, double mean_edge) {
+  double parted = 0;
+  double all = 0;
+  for (const Tie& tie : ties) {
+    const auto length = [&](Field x) { return std::sqrt(squared_norm(x[tie.i] - x[tie.j])); };
+    const double change = std::abs(length(after) - length(before));
+    if (change > quality_limits.parted_edges * mean_edge) parted += tie.weight;
+    all += tie.weight;
+  }
+  return all > 0 ? parted / all : 0;
+}
+
 double growth_of(const Cells& cells, Field before, Field after) {
   return change_of(cells, before, after).growth;
 }
@@ -101,6 +113,7 @@ void add_frame(const Measure& measure, RecentFrames& recent) {
     add(measure.contradicted, recent.contradicted);
     add(measure.stretch, recent.stretch);
     add(measure.change, recent.change);
+    add(measure.parted, recent.parted);
   }
   recent.growth = measure.growth;
   recent.count = std::min(recent.count + 1, 1 / newest);
@@ -138,11 +151,15 @@ Quality judged(Measure& measure, const Before& before) {
     doubt(growth, std::log(limits.start_size) + by_noise);
   }
   measure.leap = 0;
-  if (is_first) return quality_of(measure);
+  if (is_first || before.was_registered) return quality_of(measure);
   const double departure = measure.stretch - recent.stretch.mean;
   const double usual = limits.deviations * recent.stretch.deviation;
   if (departure > std::max(limits.leap_stretch, usual)) {
     measure.leap = measure.change / std::max(limits.leap, limits.leap_times * recent.change.mean);
+  }
+  if (measure.doubt > limits.parted_doubt) {
+    const double parted = std::max(limits.parted, limits.leap_times * recent.parted.mean);
+    measure.leap = std::max(measure.leap, measure.parted / parted);
   }
   // Slow growth is that of the subject, sudden growth that of a unit.
   const double grown = std::abs(std::log(std::max(measure.growth, 1e-300) / recent.growth));
@@ -206,9 +223,17 @@ std::string Measure::reason() const {
         return joined("the pose was lost, or the subject is gone: ", percent(others),
                       " of the points lie elsewhere");
       }
-      text = leap > 1 ? joined("the pose was lost: since the last good frame, edges changed by ",
-                               percent(change), ", ", to_text(leap, 2), " times what is likely")
-                      : "the scan shows another mesh, or a pose that was not found";
+      if (leap > 1) {
+        text = joined("the pose was lost: since the last good frame, edges changed by ",
+                      percent(change));
+        if (parted > told_share) {
+          text += joined(" and parts came apart at ", percent(parted),
+                         " of the places where they touch");
+        }
+        text += joined(", ", to_text(leap, 2), " times what is likely");
+      } else {
+        text = "the scan shows another mesh, or a pose that was not found";
+      }
       break;
     case Cause::place:
       text = "a part of the template is probably wrong or was not measured";

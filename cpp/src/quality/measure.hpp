@@ -7,6 +7,7 @@
 #include <dynmesh/types.hpp>
 #include <span>
 
+#include "mesh/ties.hpp"
 #include "quality/evidence.hpp"
 #include "shape/memory.hpp"
 #include "surface_fit/surface_matcher.hpp"
@@ -20,6 +21,9 @@ struct Change {
 };
 
 Change change_of(const Cells& cells, Field before, Field after);
+/// Of the places where components touch, by the weights of their ties, the share that came apart,
+/// or together, by more than three mean edges. 0 without any.
+double parted_share(std::span<const Tie> ties, Field before, Field after, double mean_edge);
 /// The growth alone.
 double growth_of(const Cells& cells, Field before, Field after);
 
@@ -37,9 +41,10 @@ void add_evidence(const Evidence& evidence, Measure& measure);
 
 /// What is known beside the measure of a frame.
 struct Before {
-  RecentFrames recent = {};   ///< of a tracker; none in a registration
-  bool knows_sensors = true;  ///< otherwise, what should be seen follows from recent frames
-  double noise = 0;           ///< of the points, in mean edges
+  RecentFrames recent = {};     ///< of a tracker; none in a registration
+  bool knows_sensors = true;    ///< otherwise, what should be seen follows from recent frames
+  double noise = 0;             ///< of the points, in mean edges
+  bool was_registered = false;  ///< with a good result: whatever the shape was before
 };
 
 /// Sets the doubt, the leap and the quality.

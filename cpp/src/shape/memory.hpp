@@ -120,7 +120,7 @@ struct Usual {
 struct RecentFrames {
   double count = 0;
   Usual missing;  ///< 1 - explained
-  Usual hole, contradicted, stretch, change;
+  Usual hole, contradicted, stretch, change, parted;
   double growth = 1;  ///< of the last one
 };
 
@@ -238,7 +238,7 @@ void each_number(Visited& memory, const Visit& visit) {
   visit(tracking.recent.count);
   for (auto* usual :
        {&tracking.recent.missing, &tracking.recent.hole, &tracking.recent.contradicted,
-        &tracking.recent.stretch, &tracking.recent.change}) {
+        &tracking.recent.stretch, &tracking.recent.change, &tracking.recent.parted}) {
     visit(usual->mean);
     visit(usual->deviation);
   }

@@ -104,6 +104,9 @@ class SurfaceLevel {
     return step_.ties().departed(frame.last, frame.q, departures);
   }
 
+  /// The ties between components.
+  [[nodiscard]] std::span<const Tie> ties() const { return step_.ties().between(); }
+
   /// Sets the rotations in a memory to those of its last frame.
   void fit_rotations(Memory& memory) { step_.fit_rotations(memory.last, memory.q); }
   /// Sets the rotations and the shape in a memory to those of its last frame.

@@ -170,9 +170,10 @@ def turning(degrees: float, subject: Subject, rng: np.random.Generator) -> Momen
         yield measured(subject, truth if n < 2 else turned(degrees, truth), rng)
 
 
-def spoiled(subject: Subject, rng: np.random.Generator) -> Moments:
+def spoiled(subject: Subject, rng: np.random.Generator, every: int = 1) -> Moments:
     """Frames 2 to 5 are garbage."""
-    for n, truth in enumerate(chain(subject.frames[1:], repeat(subject.frames[-1], 8))):
+    frames = subject.frames[::every]
+    for n, truth in enumerate(chain(frames[1:], repeat(frames[-1], 8))):
         yield (garbage if 2 <= n < 6 else measured)(subject, truth, rng)
 
 
@@ -290,8 +291,15 @@ STORIES = {
     "a hand turns by 150 degrees": Story("hand", part(turning, 150), "ggn"),
     "a torus turns by 180 degrees": Story("torus", part(turning, 180), "ggn", 9),
     "a torus turns and is found": Story("torus", part(turning, 180), "gg.g", 9, recover=True),
+    "a beetle turns by 40 degrees": Story("beetle", part(turning, 40), "ggn"),
+    "a beetle turns by 150 degrees and is found": Story(
+        "beetle", part(turning, 150), "gg.g", recover=True
+    ),
     "garbage": Story("hand", spoiled, "ggnnnnn", 10),
     "garbage, and found again": Story("hand", spoiled, "ggnnnn.g", 10, recover=True),
+    "it moves on during garbage": Story(
+        "hand", part(spoiled, every=2), "ggnnnn.g", 13, recover=True
+    ),
     "garbage around a torus": Story("torus", spoiled, "ggnnnnn.....", 12),
     "garbage around a torus, and found again": Story(
         "torus", spoiled, "ggnnnn.g", 10, recover=True
@@ -325,7 +333,7 @@ STORIES = {
 @pytest.mark.parametrize("name", STORIES)
 def test_frames_are_judged_and_healed(name: str, rng: np.random.Generator) -> None:
     story = STORIES[name]
-    subject = Subject(story.subject, 12)
+    subject = Subject(story.subject, 24)
     tracker = dynmesh.Tracker(subject.faces, subject.frames[0], recover=story.recover)
     told = []
     for n, moment in zip(range(story.n), story.moments(subject, rng), strict=False):
