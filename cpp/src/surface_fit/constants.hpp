@@ -61,10 +61,11 @@ struct TrackingConstants {
   double last_weight = 2;
   double weight_growth = 2.2;
   double first_weight = 0.05;
-  /// After frames in which a subject rests, points weigh less, so that their noise bends it less:
-  /// so many times in each, down to a least share; and more again once it moves.
-  double resting_weight = 0.5;
-  double moving_weight = 4;
+  /// After frames in which a subject rests, points weigh less, so that their noise bends it less,
+  /// down to a least share, and more again once it moves: this to the power of the correlation of
+  /// two steps, of vertices that moved by more than so many mean edges.
+  double times_weight_growth = 8;
+  double hardly_moved = 0.003;
   double least_times_weight = 0.125;
   double cloth_weights = 60;
   /// How far from the surface points are matched. While the whole surface moves rigidly, a point at

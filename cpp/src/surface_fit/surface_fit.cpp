@@ -1,9 +1,11 @@
 #include "surface_fit/surface_fit.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "base/geometry.hpp"
+#include "base/statistics.hpp"
 #include "mesh/decimation.hpp"
 
 namespace dynmesh {
@@ -19,17 +21,35 @@ std::size_t most_vertices(const TrackingConstants& constants, std::size_t resolu
 
 /// How many times more than usual points weigh in the next frame. The steps of a subject that rests
 /// are noise, and so each undoes a part of the one before it; those of a motion have its direction.
-double next_times_weight(const Memory& memory, const FittedSurface& found,
+/// Steps that are hardly any tell neither.
+double next_times_weight(const Memory& memory, const FittedSurface& found, double mean_edge,
                          const TrackingConstants& constants) {
   double common = 0;
+  double newest = 0;
+  double earlier = 0;
+  double hardly = 0;
   for (std::size_t v = 0; v < found.x.size(); ++v) {
     if (found.observed[v] == 0) continue;
-    common += dot(found.x[v] - memory.last[v], memory.last[v] - memory.tracking.before[v]);
+    const auto step = found.x[v] - memory.last[v];
+    const auto before = memory.last[v] - memory.tracking.before[v];
+    common += dot(step, before);
+    newest += squared_norm(step);
+    earlier += squared_norm(before);
+    hardly += std::pow(constants.hardly_moved * mean_edge, 2);
   }
-  const double last = memory.tracking.times_weight;
-  if (common > 0) return std::min(last * constants.moving_weight, 1.0);
-  if (common < 0) return std::max(last * constants.resting_weight, constants.least_times_weight);
-  return last;
+  const double scale = std::sqrt(newest * earlier) + hardly;
+  const double correlation = scale > 0 ? common / scale : 0;
+  const double times = std::pow(constants.times_weight_growth, correlation);
+  return std::clamp(times * memory.tracking.times_weight, constants.least_times_weight, 1.0);
+}
+
+/// How far most vertices moved in the last frame.
+double usual_step(const Memory& memory) {
+  std::vector<double> steps;
+  for (std::size_t v = 0; v < memory.last.size(); ++v) {
+    steps.push_back(std::sqrt(squared_norm(memory.last[v] - memory.tracking.before[v])));
+  }
+  return median(steps);
 }
 
 }  // namespace
@@ -71,14 +91,20 @@ void SurfaceFit::begin(Memory& memory) const {
 }
 
 FittedSurface SurfaceFit::fit(const Memory& memory, const PointScan& scan, Memory& next) {
-  if (coarse_ == nullptr)
+  if (coarse_ == nullptr) {
     return whole_.fit(memory, scan, {.times_weight = memory.tracking.times_weight}, next);
+  }
   auto& [surface, level, first] = *coarse_;
   Memory last = first;
   surface.choose(memory, last);
   level.find_shape(last);
   Memory found = last;
-  const FitOptions options = {.times_weight = memory.tracking.times_weight, .whole = memory.last};
+  FitOptions options = {.times_weight = memory.tracking.times_weight};
+  // Where the surface moves farther, what was measured of the template says nothing any more.
+  const TrackingConstants& constants = level.constants();
+  if (usual_step(memory) < 3 * constants.corrected_within * level.mean_edge()) {
+    options.whole = memory.last;
+  }
   SurfaceFrame frame = level.find(last, scan, options, found);
   found.last = std::move(frame.x);
   level.fit_rotations(found);
@@ -92,7 +118,8 @@ FittedSurface SurfaceFit::fit(const Memory& memory, const PointScan& scan, Memor
 void SurfaceFit::remember(const Memory& memory, const FittedSurface& found, bool moves,
                           bool is_lost, Memory& next) {
   whole_.remember(memory, moves, next);
-  next.tracking.times_weight = next_times_weight(memory, found, whole_.constants());
+  next.tracking.times_weight =
+      next_times_weight(memory, found, whole_.mean_edge(), whole_.constants());
   if (!is_lost) {
     next.departures = whole_.departures(next, memory.departures);
   } else {

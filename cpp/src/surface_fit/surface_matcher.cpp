@@ -22,25 +22,6 @@ std::size_t every_nth(std::size_t points, std::size_t wanted) {
   return std::max<std::size_t>(static_cast<std::size_t>(std::llround(spacing)), 1);
 }
 
-/// How near the end of a walk must be to be taken for the nearest place: in a fold, it may be on
-/// the other side, and is then farther than is usual of the points before.
-class UsualDistance {
- public:
-  UsualDistance(double most, double mean_edge)
-      : most_(std::pow(most * mean_edge, 2)), least_(std::pow(least * mean_edge, 2)) {}
-
-  /// The square of the distance.
-  [[nodiscard]] double trusted() const { return std::min(most_, 9 * usual_ + least_); }
-  void add(double squared) {
-    constexpr double share = 0.1;
-    usual_ += share * (std::min(squared, 9 * usual_ + least_) - usual_);
-  }
-
- private:
-  static constexpr double least = 0.003;  // in mean edges, above what rounding makes of 0
-  double most_, least_, usual_ = 0;
-};
-
 }  // namespace
 
 SurfaceMatcher::SurfaceMatcher(std::span<const Triangle> faces, const Topology& topology,
@@ -106,14 +87,14 @@ Vector3 SurfaceMatcher::agreeing_normal(const Surface& surface, const Place& pla
 }
 
 /// The nearest place within the radius, whatever its normal. The point walks over X from the place
-/// of the last search, or of a neighbour, and only if this does not explain it within the root of
-/// `trusted`, all of X is searched.
+/// of the last search, or of a neighbour, and only if this does not explain it, all of X is
+/// searched.
 SurfaceMatcher::Match SurfaceMatcher::nearest(const Surface& surface, const Point& point,
-                                              const Place& from, double trusted) const {
+                                              const Place& from, double walked) const {
   Place within = {.squared = std::pow(widest(), 2)};
   if (from.any()) {
     const Place place = places_.walk(surface.x, point.position, from.face);
-    if (surface.shows(place) && place.squared < trusted) {
+    if (surface.shows(place) && place.squared < std::pow(walked * mean_edge_, 2)) {
       const auto normal = agreeing_normal(surface, place, point);
       if (squared_norm(normal) > 0) return {place, normal};
     }
@@ -192,7 +173,6 @@ Place SurfaceMatcher::finer_place(const Point& point, const Place& place,
   for (const std::uint32_t face : finer_faces_[place.face]) {
     const Place end = finer.places_.walk(finer_frame, point.position, face);
     if (end.squared < best.squared) best = end;
-    if (best.squared < place.squared) break;
   }
   return best;
 }
@@ -206,13 +186,11 @@ void SurfaceMatcher::compare_with(Field x, const Visibility& visibility,
   points.corrections.resize(points.points.size());
   for_each_block(points.points.size(), [&](std::size_t first, std::size_t last) {
     Place before;
-    UsualDistance usual(constants_.resolution, mean_edge_);
     for (std::size_t i = first; i < last; ++i) {
       const Point& point = points.points[i];
-      const Match match = nearest(surface, point, before, usual.trusted());
+      const Match match = nearest(surface, point, before, constants_.resolution);
       if (!match.place.any()) continue;
-      before = match.place;
-      usual.add(match.place.squared);
+      before = points.places[i] = match.place;
       if (squared_norm(match.normal) == 0 || points.is_far(match.place)) continue;
       const Place there = finer_place(point, match.place, finer, finer_frame);
       if (points.is_far(there)) continue;
@@ -237,14 +215,11 @@ void SurfaceMatcher::nearest_places(Field x, const Visibility& visibility, doubl
   places_.update_boxes(x);
   for_each_block(points.places.size(), [&](std::size_t first, std::size_t last) {
     Place before;
-    UsualDistance usual(walked, mean_edge_);
     for (std::size_t i = first; i < last; ++i) {
       Place& place = points.places[i];
       const Place& from = place.any() ? place : before;
-      place = nearest(surface, points.points[i], from, usual.trusted()).place;
-      if (!place.any()) continue;
-      before = place;
-      usual.add(place.squared);
+      place = nearest(surface, points.points[i], from, walked).place;
+      if (place.any()) before = place;
     }
   });
 }
@@ -260,15 +235,13 @@ SurfaceMatcher::Rows SurfaceMatcher::match(Field x, const Visibility& visibility
   Rows rows(n);
   for_each_block(n, [&](std::size_t first, std::size_t last) {
     Place before;
-    UsualDistance usual(options.walked, mean_edge_);
     for (std::size_t i = first; i < last; i += every) {
       const Point& point = points.points[i];
       Place& place = points.places[i];
-      Match match = nearest(surface, point, place.any() ? place : before, usual.trusted());
+      Match match = nearest(surface, point, place.any() ? place : before, options.walked);
       place = match.place;
       if (!place.any()) continue;
       before = place;
-      usual.add(place.squared);
       if (options.looks_farther && squared_norm(match.normal) == 0 &&
           place.squared > squared_near) {
         match = farther(surface, point);

@@ -24,8 +24,8 @@ namespace dynmesh {
 
 /// How points are matched and weighed; lengths are in mean edges.
 struct MatchOptions {
-  /// A place that is this near, not much farther than usual, and agrees with its point, is taken
-  /// for the nearest one if no place around it is nearer.
+  /// A place that is this near, and agrees with its point, is taken for the nearest one if no place
+  /// around it is nearer.
   double walked = 0;
   double weight = 1;
   /// Whether a point that disagrees with its nearest place looks for another place, as the surface
@@ -152,7 +152,7 @@ class SurfaceMatcher {
   [[nodiscard]] Vector3 agreeing_normal(const Surface& surface, const Place& place,
                                         const Point& point) const;
   [[nodiscard]] Match nearest(const Surface& surface, const Point& point, const Place& from,
-                              double trusted) const;
+                              double walked) const;
   [[nodiscard]] Match farther(const Surface& surface, const Point& point) const;
   /// Calls `visit(first, last)` for blocks of points in a row, several at a time.
   template <class Visit>

@@ -163,11 +163,11 @@ class Tracked(detail_reference.Detail):
         is_near &= agrees | ~normals.any(axis=1)
         observed = np.zeros(self.k, dtype=bool)
         observed[corners[is_near][shares[is_near] > 0]] = True
-        common = ((x - self.previous) * (self.previous - self.before))[observed].sum()
-        if common > 0:
-            self.times_weight = min(1.0, 4 * self.times_weight)
-        elif common < 0:
-            self.times_weight = max(0.125, self.times_weight / 2)
+        step, last = (x - self.previous)[observed], (self.previous - self.before)[observed]
+        hardly = len(step) * (0.003 * self.h) ** 2
+        scale = np.sqrt((step**2).sum() * (last**2).sum()) + hardly
+        times = 8 ** ((step * last).sum() / scale if scale > 0 else 0)
+        self.times_weight = float(np.clip(times * self.times_weight, 0.125, 1))
         self.before, self.previous = self.previous, x
         self._fit(x)
         self.memory = np.einsum("nji,nj->ni", self.q, self.operator @ x)
