@@ -28,6 +28,7 @@ double next_times_weight(const Memory& memory, const FittedSurface& found, doubl
   double newest = 0;
   double earlier = 0;
   double hardly = 0;
+  double noisy = 0;
   for (std::size_t v = 0; v < found.x.size(); ++v) {
     if (found.observed[v] == 0) continue;
     const auto step = found.x[v] - memory.last[v];
@@ -36,7 +37,10 @@ double next_times_weight(const Memory& memory, const FittedSurface& found, doubl
     newest += squared_norm(step);
     earlier += squared_norm(before);
     hardly += std::pow(constants.hardly_moved * mean_edge, 2);
+    noisy += std::pow(constants.resolution * mean_edge, 2);
   }
+  // What swings goes back as well, but by more than noise moves a surface.
+  if (common < 0) common *= noisy / (noisy + newest);
   const double scale = std::sqrt(newest * earlier) + hardly;
   const double correlation = scale > 0 ? common / scale : 0;
   const double times = std::pow(constants.times_weight_growth, correlation);

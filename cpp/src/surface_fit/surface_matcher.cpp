@@ -177,11 +177,12 @@ Place SurfaceMatcher::finer_place(const Point& point, const Place& place,
   return best;
 }
 
-// A point that is farther than a mean edge is of something else, or the surface has left its place.
+// A point that is farther than the resolution is of something else, or of what has moved.
 void SurfaceMatcher::compare_with(Field x, const Visibility& visibility,
                                   const SurfaceMatcher& finer, Field finer_frame,
                                   MatchedPoints& points) {
   const Surface surface{x, normals_of(x), visibility};
+  const double squared_near = std::pow(constants_.resolution * mean_edge_, 2);
   places_.update_boxes(x);
   points.corrections.resize(points.points.size());
   for_each_block(points.points.size(), [&](std::size_t first, std::size_t last) {
@@ -191,9 +192,9 @@ void SurfaceMatcher::compare_with(Field x, const Visibility& visibility,
       const Match match = nearest(surface, point, before, constants_.resolution);
       if (!match.place.any()) continue;
       before = points.places[i] = match.place;
-      if (squared_norm(match.normal) == 0 || points.is_far(match.place)) continue;
+      if (squared_norm(match.normal) == 0 || !(match.place.squared < squared_near)) continue;
       const Place there = finer_place(point, match.place, finer, finer_frame);
-      if (points.is_far(there)) continue;
+      if (!(there.squared < squared_near)) continue;
       const auto offset = there.on(finer_frame) - match.place.on(x) - to_finer(surface, match);
       points.corrections[i] = {match.place, offset};
     }

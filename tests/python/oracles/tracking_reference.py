@@ -166,7 +166,10 @@ class Tracked(detail_reference.Detail):
         step, last = (x - self.previous)[observed], (self.previous - self.before)[observed]
         hardly = len(step) * (0.003 * self.h) ** 2
         scale = np.sqrt((step**2).sum() * (last**2).sum()) + hardly
-        times = 8 ** ((step * last).sum() / scale if scale > 0 else 0)
+        common = (step * last).sum()
+        if common < 0:
+            common /= 1 + (step**2).sum() / (len(step) * (0.3 * self.h) ** 2)
+        times = 8 ** (common / scale if scale > 0 else 0)
         self.times_weight = float(np.clip(times * self.times_weight, 0.125, 1))
         self.before, self.previous = self.previous, x
         self._fit(x)
