@@ -48,9 +48,10 @@ install(FILES ${CMAKE_CURRENT_BINARY_DIR}/dynmesh.pc
 
 if(DYNMESH_APPS)
   if(BUILD_SHARED_LIBS)
-    # Let the program find its library even if the prefix is moved.
+    # Let the program find its library even if the prefix is moved, and not where it was built.
     file(RELATIVE_PATH to_library ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_FULL_LIBDIR})
-    set_target_properties(dynmesh-complete PROPERTIES INSTALL_RPATH "$ORIGIN/${to_library}")
+    set_target_properties(dynmesh-complete PROPERTIES INSTALL_RPATH "$ORIGIN/${to_library}"
+                                                      INSTALL_RPATH_USE_LINK_PATH OFF)
   endif()
   install(TARGETS dynmesh-complete)
 endif()
