@@ -16,7 +16,6 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple, Union
 
 from .. import formats
-from .._checks import path_of
 from .._errors import InputError
 from .._options import Output
 from .._report import DoubtfulWarning, listed
@@ -354,21 +353,6 @@ def bound(command: Command, tokens: Sequence[str]) -> dict[str, Any]:
     except CycloptsError as error:
         raise refusal(error) from None
     return dict(result.arguments)
-
-
-def arguments_of(
-    values: inspect.BoundArguments, folder: Path
-) -> tuple[tuple[Any, ...], dict[str, Any]]:
-    """The arguments and keywords that were bound, with paths relative to a folder."""
-
-    def under(value: Any) -> Any:
-        if isinstance(value, Path):
-            return path_of("path", value, folder=folder)
-        if isinstance(value, dict):
-            return {name: under(item) for name, item in value.items()}
-        return [under(item) for item in value] if isinstance(value, list) else value
-
-    return tuple(map(under, values.args)), under(values.kwargs)
 
 
 def refusal(error: Any) -> InputError:

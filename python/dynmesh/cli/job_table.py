@@ -1,10 +1,9 @@
 """The table of a batch: its rows as jobs, some of which need the outputs of others."""
 
 import csv
-import inspect
 import os
 from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from functools import cache
@@ -19,10 +18,12 @@ from ..formats.names import FrameNames
 from ..verbs.complete import complete
 from ..verbs.register import registered
 from ..verbs.track import track
-from .command import SHARED, Command, arguments_of, bound
+from .command import SHARED, Command, bound
 
 VERBS = {"input": Command(complete), "scans": Command(track), "scan": Command(registered)}
 """By the column that says what a row is for."""
+
+_COMMANDS = {"input": "complete", "scans": "track", "scan": "register"}
 
 _OF_BATCH = {*SHARED, "overwrite"}
 
@@ -33,22 +34,20 @@ class Job:
 
     Attributes:
         line: of the table.
-        kind: the column that says what it is for: "input", "scans" or "scan".
+        folder: of the table.
+        words: the command line.
         input: the incomplete sequence, or the scans.
         output: what is written.
-        arguments: those of the function.
-        options: its keywords.
         files: what else is written, by the column.
         reads: what is read.
         needs: the indices of the jobs whose outputs it reads.
     """
 
     line: int
-    kind: str
+    folder: Path
+    words: tuple[str, ...]
     input: Path
     output: Path
-    arguments: tuple[Any, ...]
-    options: Mapping[str, Any]
     files: Mapping[str, Path]
     reads: tuple[Path, ...]
     needs: tuple[int, ...] = ()
@@ -73,11 +72,6 @@ def read_jobs(path: Path, *, overwrite: bool = False) -> list[Job]:
         raise InputError("has no jobs, only the names of the columns", file=path)
     _refuse_common_outputs(path, jobs)
     return _with_needs(path, jobs)
-
-
-def in_order(jobs: Sequence[Job]) -> list[int]:
-    """Returns the indices of jobs such that each comes after those that it needs."""
-    return [*TopologicalSorter({i: job.needs for i, job in enumerate(jobs)}).static_order()]
 
 
 def exists(output: Path) -> bool:
@@ -122,8 +116,9 @@ def _job(path: Path, line: int, columns: list[str], row: list[str], overwrite: b
     for name in names:
         if name not in given:
             raise _wrong(path, line, name, "is empty")
-    paths, folder = [Path(given.pop(name)) for name in names], path.parent
-    is_done = not overwrite and exists(path_of("output", paths[-1], folder=folder))
+    folder = path.parent
+    paths = [path_of(name, given.pop(name), folder=folder) for name in names]
+    is_done = not overwrite and exists(paths[-1])
     options = {f"--{column.replace('_', '-')}": column for column in given}
     words = list[str]()
     for option, column in options.items():
@@ -136,25 +131,21 @@ def _job(path: Path, line: int, columns: list[str], row: list[str], overwrite: b
         is_header = isinstance(error.__context__, UnknownOptionError)
         place = options.get(option, error.argument)
         raise _wrong(path, 1 if is_header else line, place, error.reason) from error
-    parameters = inspect.signature(verb)
-    names = [*parameters.parameters][: len(paths)]
-    values = {**values, **dict(zip(names, paths, strict=True)), "overwrite": overwrite}
-    positional, keywords = arguments_of(inspect.BoundArguments(parameters, values), folder)
     files = {
-        key: [path_of(key, one, folder=folder) for one in _paths_in(value)]
-        for key, value in values.items()
+        key: [path_of(key, one, folder=folder) for one in _paths_in(values[key])]
+        for key in verb.options.keys() & values.keys()
+        if verb.options[key][-1].names
     }
     written = {key for key in files if verb.options[key][-1].heading == "output"}
-    output = positional[-1]
+    always = ["--json", *(["--overwrite"] if overwrite else [])]
     return Job(
         line,
-        kind,
-        input=positional[-2],
-        output=output,
-        arguments=positional,
-        options=keywords,
-        files={key: files[key][0] for key in written if files[key] and files[key] != [output]},
-        reads=tuple(one for key in files.keys() - written for one in files[key]),
+        folder,
+        words=(_COMMANDS[kind], *map(str, paths), *words, *always),
+        input=paths[-2],
+        output=paths[-1],
+        files={key: files[key][0] for key in written if files[key]},
+        reads=(*paths[:-1], *(one for key in files.keys() - written for one in files[key])),
     )
 
 
@@ -213,7 +204,7 @@ def _with_needs(path: Path, jobs: list[Job]) -> list[Job]:
         needed = sorted({i for read in job.reads for i in made_for(read)} - {index})
         results.append(replace(job, needs=tuple(needed)))
     try:
-        in_order(results)
+        TopologicalSorter({i: job.needs for i, job in enumerate(results)}).prepare()
     except CycleError as error:
         lines = listed(sorted({jobs[i].line for i in error.args[1]}))
         message = "each needs the output of another, so that none can be the first"

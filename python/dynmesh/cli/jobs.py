@@ -1,114 +1,25 @@
-"""Completion, tracking and registration of many files by Dask, on one machine or on many."""
+"""Completion, tracking and registration of many files, each by a command of its own."""
 
-import logging
+import json
+import os
+import signal
 import sys
 import time
-import traceback
 from collections import Counter
-from collections.abc import Generator, Iterator, Sequence
-from contextlib import ExitStack, closing, contextmanager
+from collections.abc import Generator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from contextlib import closing
 from dataclasses import dataclass, replace
+from graphlib import TopologicalSorter
 from pathlib import Path
-from tempfile import TemporaryDirectory
-from typing import Any, Literal, TypeAlias
+from subprocess import DEVNULL, PIPE, Popen
+from typing import Literal, TypeAlias
 
 from .._checks import check_integer, path_of
-from .._core import __version__
-from .._errors import InputError, in_one_line, require
 from .._options import Method, Output
 from .._report import Quality, Report, aligned, counted, listed, tracked, write_csv
 from ..formats import PathLike
-from .failure import EXPECTED
-from .job_table import VERBS, Job, exists, in_order, read_jobs
-
-INTERVAL = 10.0
-"""Seconds between two looks at the workers while a job is waited for."""
-
-
-class Workers:
-    """Those of a client of Dask, watched while jobs are waited for."""
-
-    def __init__(self, client: Any, scheduler: str | None) -> None:
-        """Checks the workers that a cluster has already.
-
-        Args:
-            client: of the scheduler.
-            scheduler: its address; None for processes of this machine.
-        """
-        self.client, self._scheduler = client, scheduler
-        self._known, self._none_told = frozenset[str](), False
-        self._look()
-
-    def result(self, future: Any) -> Any:
-        """Waits for a result; says on standard error if no worker is there to compute it."""
-        wait = require("distributed", extra="batch").wait
-        while not future.done():
-            try:
-                wait(future, timeout=INTERVAL)
-            except TimeoutError:
-                self._look(is_waiting=True)
-        return future.result()
-
-    def _look(self, *, is_waiting: bool = False) -> None:
-        present = frozenset(self.client.nthreads())
-        if new := present - self._known:
-            self._check(sorted(new))
-        self._known = present
-        if present or not is_waiting:
-            self._none_told = self._none_told and not present
-        elif not self._none_told:
-            self._none_told = True
-            where = self._scheduler or "on this machine"
-            print(
-                f"dynmesh: no worker is left {where}, so the jobs wait"
-                if self._scheduler is None
-                else f"dynmesh: the cluster at {where} has no worker, so the jobs wait: start "
-                f"`dask worker {where}` with dynmesh {__version__} installed",
-                file=sys.stderr,
-                flush=True,
-            )
-
-    def _check(self, new: list[str]) -> None:
-        """Refuses workers that cannot import dynmesh, or another version."""
-        if self._scheduler is None:
-            return
-        # Text, which needs nothing there to be read; what a job needs is imported with it.
-        version = "__import__('dynmesh.cli.job_table').__version__"
-        found = self.client.run(eval, version, workers=new, on_error="return")
-        for worker, answer in found.items():
-            if answer != __version__:
-                what = f"has dynmesh {answer}" if isinstance(answer, str) else "has no dynmesh"
-                why = "" if isinstance(answer, str) else f" ({type(answer).__name__}: {answer})"
-                others = counted(sum(a != __version__ for a in found.values()), "worker")
-                raise OSError(
-                    f"worker {worker} {what}{why}, but needs {__version__}, as here; "
-                    f"{others} of {len(found)} must be started again with it"
-                )
-
-
-@contextmanager
-def workers_of(scheduler: str | None, count: int) -> Iterator[Workers]:
-    """The workers of a scheduler, or of a cluster on this machine, which ends with the block."""
-    dask, distributed = (require(name, extra="batch") for name in ("dask", "distributed"))
-    with ExitStack() as stack:
-        address: Any = scheduler
-        if scheduler is None:
-            scratch = stack.enter_context(TemporaryDirectory())
-            stack.enter_context(dask.config.set(temporary_directory=scratch))
-            cluster = distributed.LocalCluster(
-                n_workers=count,
-                threads_per_worker=1,
-                memory_limit=0,  # or else Dask would kill a job that needs more than its share
-                dashboard_address="127.0.0.1:0",  # any port: two clusters may run at once
-                silence_logs=logging.ERROR,  # of workers that end in the middle of a job
-            )
-            address = stack.enter_context(cluster)
-        try:
-            client = distributed.Client(address)
-        except (OSError, ValueError) as error:
-            raise OSError(f"no Dask scheduler answers at {scheduler}") from error
-        yield Workers(stack.enter_context(client), scheduler)
-
+from .job_table import Job, exists, read_jobs
 
 Status: TypeAlias = Literal["done", "doubtful", "exists", "failed", "not run"]
 
@@ -146,11 +57,11 @@ class Result(Row):
 
     Attributes:
         remarks: remarks about the output for the user, one line each.
-        traceback: where a fault of dynmesh itself arose; else empty.
+        traceback: the lines that its command printed before the error.
     """
 
     remarks: tuple[str, ...] = ()
-    traceback: str = ""
+    traceback: tuple[str, ...] = ()
 
     @property
     def wrong(self) -> list[str]:
@@ -173,9 +84,9 @@ class BatchReport(Report):
 
     def lines(self) -> list[str]:
         """Says what failed, what else to know of each output, and how good each is."""
-        messages = []
+        messages = list[str]()
         for result in self.results:
-            messages += result.traceback.splitlines()
+            messages += result.traceback
             messages += [f"{result.status}: {why}" for why in result.wrong]
             messages += [f"{result.output}: {remark}" for remark in result.remarks]
         counts = Counter(result.status for result in self.results)
@@ -203,7 +114,6 @@ def batch(
     jobs: PathLike,
     *,
     workers: Method[int | None] = None,
-    scheduler: Method[str | None] = None,
     overwrite: Output[bool] = False,
     progress: bool | None = None,
 ) -> BatchReport:
@@ -222,28 +132,17 @@ def batch(
     Args:
         jobs: comma-separated values, with the names of the columns in the first line.
         workers: run so many jobs at a time; else, one per processor.
-        scheduler: use the Dask cluster with this address instead; it must see the files under the
-            same paths.
         overwrite: whether to replace existing outputs instead of skipping them.
         progress: whether to show on standard error how far it is.
     """
     table = path_of("jobs", jobs)
     if workers is not None:
         check_integer("workers", workers, 1)
-        if scheduler is not None:
-            raise InputError("are those of the cluster", argument="workers", value=workers)
-    if scheduler is not None:  # whose workers run in other folders
-        table = table.absolute()
     rows = read_jobs(table, overwrite=overwrite)
     made = {i: there for i, job in enumerate(rows) if (there := _already(job)) is not None}
-    left = [i for i in in_order(rows) if i not in made]
-    if left:
-        processors: int = require("dask.system", extra="batch").CPU_COUNT
-        with (
-            workers_of(scheduler, workers or min(processors, len(left))) as cluster,
-            closing(_run(cluster, rows, left)) as running,
-        ):
-            made.update(tracked(running, len(left), "completing", progress))
+    left = [i for i in range(len(rows)) if i not in made]
+    with closing(_run(rows, left, workers or os.cpu_count() or 1)) as running:
+        made.update(tracked(running, len(left), "completing", progress))
     results = tuple(made[i] for i in range(len(rows)))
     number = Counter(result.status for result in results)
     counts = [f"{number[status]} {status}" for status in _WRONG if number[status]]
@@ -259,7 +158,7 @@ def batch(
 
 def _already(job: Job) -> Result | None:
     """The result of a job whose output is not to be made anew."""
-    if job.options["overwrite"] or not exists(job.output):
+    if "--overwrite" in job.words or not exists(job.output):
         return None
     doubt = _doubt_of(job.output)
     if doubt:
@@ -272,71 +171,85 @@ def _result(job: Job, status: Status, quality: Quality = "failed", reason: str =
 
 
 def _run(
-    workers: Workers, jobs: Sequence[Job], left: Sequence[int]
+    jobs: Sequence[Job], left: Sequence[int], workers: int
 ) -> Generator[tuple[int, Result], None, None]:
     """Yields the results of the jobs with these indices, each after those that it needs.
 
-    A job whose worker dies goes to another one.
+    Each is a process of its own, so that no error, not even of the memory, ends another one.
     """
-    futures = dict[int, Any]()
-    for i in left:
-        needed = [futures[need] for need in jobs[i].needs if need in futures]
-        futures[i] = workers.client.submit(run_job, jobs[i], *needed, pure=False)
-    lost = dict[int, Result]()
-    for i in left:
-        job = jobs[i]
+    order = TopologicalSorter({i: {*jobs[i].needs} & {*left} for i in left})
+    order.prepare()
+    ready, failed = list[int](), set[int]()
+    running = dict[Future[tuple[str, str]], tuple[int, Popen[str], float]]()
+    with ThreadPoolExecutor(workers) as listening:
         try:
-            result = workers.result(futures[i])
-        except Exception as error:  # an error of the worker, not of the job
-            if isinstance(error, OSError) and not futures[i].done():
-                raise
-            why = f"{job.input}: the worker was lost: {in_one_line(error)}"
-            failed = [lost[need] for need in job.needs if need in lost]
-            result = _not_run(job, failed) or _result(job, "failed", reason=why)
-            lost[i] = result
-        yield i, result
+            while order.is_active():
+                ready += order.get_ready()
+                while ready and len(running) < workers:
+                    job = jobs[i := ready.pop(0)]
+                    if lost := failed & {*job.needs}:
+                        why = f"needs {jobs[min(lost)].output}, which could not be made"
+                        failed.add(i)
+                        order.done(i)
+                        yield i, _result(job, "not run", reason=why)
+                    else:
+                        process = _started(job)
+                        running[listening.submit(process.communicate)] = (
+                            i, process, time.monotonic()
+                        )  # fmt: skip
+                for future in wait(running, return_when=FIRST_COMPLETED).done:
+                    i, process, began = running.pop(future)
+                    seconds = time.monotonic() - began
+                    result = _ended(jobs[i], process.returncode, *future.result(), seconds)
+                    failed |= {i} if result.status == "failed" else set()
+                    order.done(i)
+                    yield i, result
+        finally:
+            for _, process, _ in running.values():
+                if os.name == "posix":  # elsewhere, the console interrupts all
+                    process.send_signal(signal.SIGINT)
 
 
-def _not_run(job: Job, needed: Sequence[Result]) -> Result | None:
-    """The result of a job that needs the outputs of others, of which one failed."""
-    for other in needed:
-        if other.status in ("failed", "not run"):
-            why = f"needs {other.output}, which could not be made"
-            return _result(job, "not run", reason=why)
-    return None
+def _started(job: Job) -> Popen[str]:
+    """Starts the command of a job; only :func:`_run` interrupts it, so that this happens once."""
+    return Popen(
+        [sys.executable, "-P", "-m", "dynmesh", *job.words],
+        cwd=job.folder,
+        env=os.environ | {"PYTHONUTF8": "1"},
+        stdin=DEVNULL,
+        stdout=PIPE,
+        stderr=PIPE,
+        encoding="utf-8",
+        errors="replace",
+        process_group=0,
+    )
 
 
-def run_job(job: Job, *needed: Result) -> Result:
-    """Runs a job in this process, after those that it needs; its errors are in the result."""
-    if (not_run := _not_run(job, needed)) is not None:
-        return not_run
-    began = time.monotonic()
-    result = _result(job, "failed")
-    try:
-        report = VERBS[job.kind](*job.arguments, **job.options)
-        result = replace(
-            result,
-            status="done" if report.quality == "good" else "doubtful",
-            quality=report.quality,
-            reason=report.reason,
-            remarks=report.remarks,
-            frames=getattr(report, "frames", 1),  # a registration has one
-        )
-        note = _note_of(job.output)
-        if report.quality == "good":
-            note.unlink(missing_ok=True)
-        else:
-            note.write_text(report.reason, encoding="utf-8")
-    except EXPECTED as error:  # no error may stop the other jobs
-        message = in_one_line(error)
-        if isinstance(error, FileExistsError) and (there := _already(job)) is not None:
+def _ended(job: Job, code: int, told: str, error: str, seconds: float) -> Result:
+    """The result of a job whose command has ended."""
+    if code not in (0, 3):
+        if (there := _already(job)) is not None:
             return there  # of another process
-        reason = message if str(job.input) in message else f"{job.input}: {message}"
-        result = replace(result, status="failed", reason=reason)
-    except Exception as error:
-        reason = f"{job.input}: a fault of dynmesh: {type(error).__name__}: {in_one_line(error)}"
-        result = replace(result, reason=reason, traceback=traceback.format_exc())
-    return replace(result, seconds=time.monotonic() - began)
+        *before, message = error.splitlines() or [""]
+        message = message.removeprefix("dynmesh: ")
+        if code < 0 or not message:
+            message = f"its process ended with {code}"
+        reason = message if job.input.name in message else f"{job.input}: {message}"
+        return replace(
+            _result(job, "failed", reason=reason), seconds=seconds, traceback=tuple(before)
+        )
+    report = json.loads(told)
+    note = _note_of(job.output)
+    if report["quality"] == "good":
+        note.unlink(missing_ok=True)
+    else:
+        note.write_text(report["reason"], encoding="utf-8")
+    return replace(
+        _result(job, "doubtful" if code else "done", report["quality"], report["reason"]),
+        remarks=(*report["remarks"], *error.splitlines()),
+        frames=report.get("frames", 1),  # a registration has one
+        seconds=seconds,
+    )
 
 
 def _note_of(output: Path) -> Path:

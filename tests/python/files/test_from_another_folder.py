@@ -152,7 +152,7 @@ def test_paths_of_a_table_are_seen_from_its_folder(
     with contextlib.chdir(tmp_path.parent):
         jobs = read_jobs(Path(tmp_path.name, "jobs.csv"))
     here, home = tmp_path, tmp_path / "home"
-    assert [(job.input, job.output, job.options["template"]) for job in jobs] == [
+    assert [(job.input, job.output, job.reads[1]) for job in jobs] == [
         (here / "a.npz", home / "b.npz", home / "c.obj"),
         (home / "a.npz", here / "d.npz", here / "c.obj"),
     ]

@@ -142,7 +142,6 @@ def refuse_work(*_: Any, **__: Any) -> NoReturn:
         ("k3d", "view", "view in.npz -o out.html"),
         ("pyvista", "view", "register in.npz in.npz out.npz --page out.html"),
         ("pyvista", "view", "picture in.npz -o out.png"),
-        ("distributed", "batch", "batch jobs.csv"),
         ("h5py", "hdf5", "synth ocean out.h5"),
         ("pxr", "usd", "degrade in.npz out.usdc --camera 1"),
         ("PIL.Image", "scans", "degrade in.npz out --depth 64x48"),

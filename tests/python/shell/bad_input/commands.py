@@ -176,7 +176,6 @@ shell = [
     misused("picture body.npz -o new.png --frame 3", "--frame: there is no frame 3"),
     refused("batch none.csv", "none.csv:", "No such file"),
     *(refused(f"batch {name}.csv", *said) for name, (_, *said) in _TABLES.items()),
-    misused("batch tabs.csv --workers 2 --scheduler tcp://h:1", "--workers:"),
     misused("track cloud new.npz", "--template"),
     refused("rig cloud --template template.npz", "cloud:", "point clouds"),
     misused("rig dropped --page new.html --crop 0.5", "--crop: needs a --template"),
