@@ -89,6 +89,12 @@ def test_the_page_states_its_name_and_what_is_left_out(tmp_path: Path, browser: 
     assert page.text("counter") == "frame 6 / 6"
 
 
+def test_no_name_ends_the_script_of_a_page() -> None:
+    html = page_for(MOVING[:2], title="</script><b>it is bold</b>").html
+    assert "it is bold" in html
+    assert "</script><b>" not in html
+
+
 def test_thinning_keeps_original_vertices_and_prints_nothing(
     capfd: pytest.CaptureFixture[str],
 ) -> None:
