@@ -17,13 +17,12 @@ from .._errors import InputError, naming
 from ..frame import Frames, Stored, check_any
 from ..polygons import Faces, split_faces
 from ..run import Kept, Run
-from ..sequence import InMemory, Sequence, as_sequence
+from ..sequence import InMemory, as_sequence
 from .format import Format, Gaps, NoFacesError, Template, template_of
 from .masks import MaskedFrames
 from .table import (
     FORMATS,
     PathLike,
-    all_formats,
     check_format,
     existing_file,
     format_of,
@@ -41,7 +40,6 @@ __all__ = [
     "PathLike",
     "Source",
     "Written",
-    "all_formats",
     "check_format",
     "format_of",
     "meshes_of",
@@ -114,8 +112,6 @@ def open(
         template, chosen = _template(faces), format_of(path, format)
         path = existing_file(path, chosen)
         frames = chosen.open(path, faces=template, prim=prim, gaps=gaps, primvar=primvar)
-    if isinstance(frames, Sequence):  # as a simple format of another package reads it
-        frames = frames.named(str(path), [path])
     try:
         has_masks = frames.header.has_known or known is not None
         if least_confidence is not None and not (has_masks or frames.each):

@@ -3,14 +3,12 @@
 import errno
 import glob
 import os
-from functools import cache
-from importlib.metadata import entry_points
 from pathlib import Path
 from typing import TypeAlias
 
 from .._checks import path_of
-from .._errors import InputError, KindError, naming, require
-from .._report import listed, warn
+from .._errors import InputError, naming, require
+from .._report import listed
 from ..frame import Frames
 from .alembic import alembic
 from .format import Format
@@ -30,26 +28,7 @@ PathLike: TypeAlias = str | os.PathLike[str]
 _OWN = (npz, npz_frames, hdf5, npy, pc2, ply, obj, usd, usdz, alembic, model)
 
 FORMATS: dict[str, Format] = {format.name: format for format in _OWN}
-"""The formats of dynmesh by name."""
-
-
-@cache
-def all_formats() -> dict[str, Format]:
-    """The formats of dynmesh and those of other packages by name.
-
-    These name them as entry points `dynmesh.formats`. One that cannot be loaded is a warning.
-    """
-    result = dict(FORMATS)
-    for point in entry_points(group="dynmesh.formats"):
-        try:
-            format = point.load()
-            if not isinstance(format, Format):
-                raise KindError(f"is no dynmesh.formats.Format, but {type(format).__name__}")
-        except Exception as error:  # of any kind, and no reason that others cannot be used
-            warn(f"format {point.name} of {point.value} cannot be loaded: {error}")
-            continue
-        result.setdefault(format.name, format)
-    return result
+"""The formats by name."""
 
 
 def format_of(path: PathLike, name: str | None = None) -> Format:
@@ -85,7 +64,7 @@ def _choose(path: Path, name: str | None, otherwise: str, *, written: bool = Fal
 
     Errors list the possible formats, and `otherwise` is their advice.
     """
-    possible = {of: format for of, format in all_formats().items() if format.write or not written}
+    possible = {of: format for of, format in FORMATS.items() if format.write or not written}
     refused = "cannot write format" if written else "unknown format"
     if name is not None:
         if name not in possible:
@@ -93,7 +72,7 @@ def _choose(path: Path, name: str | None, otherwise: str, *, written: bool = Fal
         return possible[name]
     if path.is_dir():
         numbered = {
-            format.suffixes[0]: format for format in all_formats().values() if format.is_per_frame
+            format.suffixes[0]: format for format in FORMATS.values() if format.is_per_frame
         }
         results = [suffix for suffix in numbered if files_in(path, suffix)]
         if len(results) > 1 and npz_frames.suffixes[0] in results:  # results beside the frames
@@ -141,7 +120,7 @@ def named_like(frames: Frames, folder: Path) -> tuple[Path, list[str]]:
     path = frames.path
     if (folder.suffix and not folder.is_dir()) or not frames.files:
         return folder, []
-    written = (one for one in all_formats().values() if one.write and one.is_per_frame)
+    written = (one for one in FORMATS.values() if one.write and one.is_per_frame)
     suffixes = [one.suffixes[0] for one in written]
     for suffix in suffixes:
         if files_in(path, suffix) if path.is_dir() else path.suffix.lower() == suffix:

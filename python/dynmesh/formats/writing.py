@@ -33,7 +33,7 @@ from .output import (
     refuse_existing,
     refuse_inputs,
 )
-from .table import PathLike, all_formats, format_of_output, named_like
+from .table import FORMATS, PathLike, format_of_output, named_like
 
 
 class Place:
@@ -261,7 +261,7 @@ def _held(
         for name in [*(["generation"] if provenance else []), *frames.wanted]:
             able = (
                 format
-                for format in all_formats().values()
+                for format in FORMATS.values()
                 if format.write and "provenance" in format.keeps
             )
             raise InputError(

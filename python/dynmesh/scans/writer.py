@@ -12,7 +12,7 @@ from .._arrays import Positions, plain
 from .._checks import path_of
 from .._errors import InputError, KindError
 from .._report import OutputReport
-from ..formats import PathLike, all_formats
+from ..formats import FORMATS, PathLike
 from ..formats.names import Number
 from ..formats.output import new_folder
 from ..scan import PointScan, Scan
@@ -118,7 +118,7 @@ def scan_folder(
 
 def check_name_of_folder(path: Path) -> None:
     """Refuses the name of a file for a folder of scans that is to be made."""
-    is_name_of_file = any(path.suffix.lower() in one.suffixes for one in all_formats().values())
+    is_name_of_file = any(path.suffix.lower() in one.suffixes for one in FORMATS.values())
     if is_name_of_file and not path.is_dir():
         message = f"scans are written to a folder, but names in {path.suffix} are those of files"
         raise InputError(message, file=path)
