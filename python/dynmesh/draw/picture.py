@@ -8,14 +8,10 @@ from typing import Any
 import numpy as np
 
 from .._arrays import Positions
-from .._errors import InputError, require, require_all
-from .._report import tracked
-from ..formats.times import called
-from ..frame import Frames, frame_at
-from ..topology import assumed, likely_up
+from .._errors import require
 from . import figures
 from .figures import SURFACE_COLOUR, Image, View
-from .heatmap import Colour, Heatmap, ShownFrame, stated_up, whole_faces
+from .heatmap import Heatmap, ShownFrame, whole_faces
 from .scales import Scale
 
 _MARGIN = 12
@@ -31,57 +27,16 @@ def evenly_spaced(n_frames: int, count: int) -> list[int]:
     return sorted({round(x) for x in np.linspace(0, n_frames - 1, count)})
 
 
-def drawn(
-    reader: Frames,
-    *,
-    indices: Sequence[int],
-    reference: Frames | None = None,
-    colour: Colour | None = None,
-    colour_range: tuple[float, float] | None = None,
-    title: str | None = None,
-    up: str | None = None,
-    azimuth: float = 60.0,
-    size: int = 480,
-    progress: bool | None = None,
-) -> Any:
-    """Draws frames of a sequence on one sheet, all at the same scale, with one colour bar.
-
-    Each is in the middle of its cell, wherever it moves.
-    Triangles with a missing vertex are left out; remaining vertices without a triangle become dots.
-    The indices are those of the frames, one or several, and the size is that of each, in pixels
-    each way. The other options are those of :func:`dynmesh.draw.page.page`. The sheet is an image
-    of Pillow.
-    """
-    require_all("PIL.Image", extra="view")
-    figures.load_pyvista()
-    if reference is not None and colour not in (None, "error", "standard_error"):
-        raise InputError(
-            f"requires the colour error or standard_error, not {colour}", argument="reference"
-        )
-    heatmap = Heatmap(reader, reference=reference, colour_range=colour_range, wanted=colour)
-    each = (one for index in indices for one in heatmap.frames(range(index, index + 1)))
-    frames = list(tracked(each, len(indices), "reading", progress))
-    centred = [_centred(frame.points[frame.visible]) for frame in frames if frame.visible.any()]
-    if not centred:
-        raise InputError("no vertex is known in these frames", file=reader.path)
-    scale = heatmap.scale(heatmap.colour, frames)
-    said = up or stated_up(reader, reference)
-    up = said or likely_up(frame_at(reader, 0).points, None)
-    numbers = reader.header.numbers.tolist()
-    captions = [called(numbers[frame.number], numbers) for frame in frames]
-    view = View.of(np.concatenate(centred), up, azimuth, (size, size))
-    images = figures.cropped([_draw(heatmap, frame, scale, view) for frame in frames])
-    guess = "" if said else assumed(up)
-    sheet = contact_sheet(title or reader.path.name, images, captions, scale, guess)
-    sheet.info["remarks"] = (guess,) if guess else ()
-    return sheet
-
-
-def _centred(points: Positions) -> Positions:
+def centred(points: Positions) -> Positions:
+    """Moves (k, 3) positions such that the middle of their bounding box is at 0."""
     return np.asarray(points - (points.min(axis=0) + points.max(axis=0)) / 2)
 
 
-def _draw(heatmap: Heatmap, frame: ShownFrame, scale: Scale | None, view: View) -> Image:
+def drawn(heatmap: Heatmap, frame: ShownFrame, scale: Scale | None, view: View) -> Image:
+    """Draws a frame, in the middle of its picture, wherever it moves.
+
+    Triangles with a missing vertex are left out; remaining vertices without a triangle become dots.
+    """
     faces, alone = whole_faces(heatmap.reader.faces, frame.visible)
     places = np.zeros(len(frame.points), np.float32)
     colours = (SURFACE_COLOUR,) if scale is None else scale.colours

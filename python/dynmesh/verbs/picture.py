@@ -3,14 +3,21 @@
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from .._checks import check_integer
+from .._errors import InputError, require
 from .._options import Input, Method, Output
-from ..draw.heatmap import Alone, range_of
-from ..draw.picture import drawn, evenly_spaced
+from .._report import tracked
+from ..draw.figures import View, cropped, load_pyvista
+from ..draw.heatmap import Alone, Heatmap, range_of, stated_up
+from ..draw.picture import centred, contact_sheet, drawn, evenly_spaced
 from ..formats import OneSequence, Source
 from ..formats.conversion import remarks_of
-from ..formats.times import index_of
+from ..formats.times import called, index_of
+from ..frame import frame_at
 from ..header import Axis
+from ..topology import assumed, likely_up
 from .view import opened_together
 
 if TYPE_CHECKING:
@@ -62,17 +69,27 @@ def picture(
         else:
             numbers = frames if isinstance(frames, Iterable) else [frames]
             indices = [index_of(own.header, number, "frames") for number in numbers]
-        result: Image.Image = drawn(
-            own,
-            indices=indices,
-            reference=truth,
-            colour=colour,
-            colour_range=shown_range,
-            title=title,
-            up=up,
-            azimuth=azimuth,
-            size=size,
-            progress=progress,
-        )
-        result.info["remarks"] = (*result.info["remarks"], *remarks_of(own, truth))
+        require("PIL.Image", extra="view")
+        load_pyvista()
+        if truth is not None and colour not in (None, "error", "standard_error"):
+            raise InputError(
+                f"requires the colour error or standard_error, not {colour}", argument="reference"
+            )
+        heatmap = Heatmap(own, reference=truth, colour_range=shown_range, wanted=colour)
+        each = (one for index in indices for one in heatmap.frames(range(index, index + 1)))
+        shown = list(tracked(each, len(indices), "reading", progress))
+        seen = [frame.points[frame.visible] for frame in shown if frame.visible.any()]
+        if not seen:
+            raise InputError("no vertex is known in these frames", file=own.path)
+        scale = heatmap.scale(heatmap.colour, shown)
+        said = up or stated_up(own, truth)
+        upwards = said or likely_up(frame_at(own, 0).points, None)
+        every = own.header.numbers.tolist()
+        captions = [called(every[frame.number], every) for frame in shown]
+        view = View.of(np.concatenate([*map(centred, seen)]), upwards, azimuth, (size, size))
+        images = cropped([drawn(heatmap, frame, scale, view) for frame in shown])
+        guess = "" if said else assumed(upwards)
+        heading = title or own.path.name
+        result: Image.Image = contact_sheet(heading, images, captions, scale, guess)
+        result.info["remarks"] = (*filter(None, [guess]), *remarks_of(own, truth))
     return result

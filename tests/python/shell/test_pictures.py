@@ -14,10 +14,8 @@ from shown import HOLED, MOVING, TRUTH
 
 import dynmesh
 from dynmesh import Sequence, metrics, write
-from dynmesh import open as open_sequence
 from dynmesh.draw import notebook
 from dynmesh.draw.heatmap import Heatmap, stated_up, whole_faces
-from dynmesh.draw.picture import drawn
 from dynmesh.draw.scales import count_scale
 from dynmesh.scans import PointScan, open_scans, write_ply
 from dynmesh.topology import likely_up
@@ -32,19 +30,19 @@ SEQUENCE = replace(MOVING[:4], vertices=TRUTH.vertices[:4])
 def draw(sequence: Sequence, folder: Path, **options: Any) -> Array:
     """The pixels (height, width, 3) of a picture of a file, from the front with x to the right."""
     write(folder / "sheet.npz", sequence)
-    with open_sequence(folder / "sheet.npz") as reader:
-        drawn(reader, **{"up": "z", "azimuth": -90, **options}).save(folder / "sheet.png")
+    drawn = dynmesh.picture(folder / "sheet.npz", **{"up": "z", "azimuth": -90, **options})
+    drawn.save(folder / "sheet.png")
     with images.open(folder / "sheet.png") as image:
         assert image.format == "PNG"
         return np.asarray(image.convert("RGB")).astype(int)
 
 
 def test_colours_are_at_their_vertices(tmp_path: Path) -> None:
-    first = draw(SEQUENCE, tmp_path, indices=[0], colour="known", size=300)
+    first = draw(SEQUENCE, tmp_path, frames=[0], colour="known", size=300)
     left = first[:, :300]  # the colour bar is at the right
     assert bluish(left).sum() > 10_000
     assert not reddish(left).any()
-    left = draw(SEQUENCE, tmp_path, indices=[2], colour="known", size=300)[:, :300]
+    left = draw(SEQUENCE, tmp_path, frames=[2], colour="known", size=300)[:, :300]
     assert bluish(left).sum() > 4_000
     assert reddish(left).sum() > 4_000
     blue, red = (np.nonzero(mask(left))[1] for mask in (bluish, reddish))
@@ -53,7 +51,7 @@ def test_colours_are_at_their_vertices(tmp_path: Path) -> None:
 
 def test_holes_and_dots_are_drawn(tmp_path: Path) -> None:
     # In one picture, so that they have the same scale and crop.
-    sheets = [draw(HOLED, tmp_path, indices=[0, n]) for n in range(1, 5)]
+    sheets = [draw(HOLED, tmp_path, frames=[0, n]) for n in range(1, 5)]
     whole, nothing, dot, half = (int(bluish(image).sum()) for image in sheets)
     frame, bar = whole - nothing, 2 * nothing - whole
     assert frame > 20_000
@@ -63,8 +61,8 @@ def test_holes_and_dots_are_drawn(tmp_path: Path) -> None:
 
 
 def test_a_mesh_far_from_the_origin_is_drawn(mesh: Mesh, tmp_path: Path) -> None:
-    near = draw(Sequence(mesh.vertices[None], mesh.faces), tmp_path, indices=[0])
-    far = draw(Sequence(mesh.vertices[None] + 5e5, mesh.faces), tmp_path, indices=[0])
+    near = draw(Sequence(mesh.vertices[None], mesh.faces), tmp_path, frames=[0])
+    far = draw(Sequence(mesh.vertices[None] + 5e5, mesh.faces), tmp_path, frames=[0])
     areas = [(image < 235).all(axis=2).sum() for image in (near, far)]
     assert areas[0] == pytest.approx(areas[1], rel=0.05)
 
