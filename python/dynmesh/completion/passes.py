@@ -6,7 +6,6 @@ On each pass, a completer uses only frames that it has already met.
 import contextlib
 from collections.abc import Generator, Iterator
 from dataclasses import dataclass, field, replace
-from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +19,7 @@ from ..completer import Completer, FrameReport, Settings
 from ..frame import Frame, Frames
 from ..header import Header
 from ..run import Records
-from .start import Start, StartFrame
+from .start import StartFrame
 from .watched import Watched
 
 _BLOCK = 1 << 25  # bytes of frames that are read forwards, to be completed backwards
@@ -33,20 +32,10 @@ _SHARED = 0.4
 their errors were independent and equal: they are neither, and how far they disagree is added."""
 
 
-class SequenceSettings(Settings, total=False):
-    """The settings of the completion of a sequence; :func:`dynmesh.complete` explains them."""
-
-    start: Start
-    bidirectional: bool
-    drop_above: float | None
-
-
-OF_SEQUENCES = SequenceSettings.__annotations__.keys() - Settings.__annotations__.keys()
-
-
-def with_implied(given: SequenceSettings, *, trained: bool) -> Settings:
-    """Returns the settings of the completer, with those that the others imply."""
-    bidirectional, drop_above = given.get("bidirectional", False), given.get("drop_above")
+def with_implied(
+    given: Settings, *, bidirectional: bool, drop_above: float | None, trained: bool
+) -> Settings:
+    """Returns the settings of the completer, with those that others of a sequence imply."""
     if drop_above is not None:
         check_positive("drop_above", drop_above)
     if given.get("method", "detail") != "detail":
@@ -54,7 +43,7 @@ def with_implied(given: SequenceSettings, *, trained: bool) -> Settings:
         for name, value in passes.items():
             if value not in (None, False):
                 raise SettingError("is for method detail alone", argument=name, value=value)
-    implied = cast(Settings, {n: one for n, one in given.items() if n not in OF_SEQUENCES})
+    implied: Settings = {**given}
     if bidirectional or drop_above is not None:
         implied["uncertainty"] = True
     if bidirectional:
@@ -128,8 +117,9 @@ def completed_frames(
     header: Header,
     start: StartFrame,
     completer: Completer,
-    settings: SequenceSettings,
     *,
+    bidirectional: bool,
+    drop_above: float | None,
     progress: bool | None = None,
 ) -> Generator[Frame, None, Tally]:
     """Yields the completed frames of a sequence in their order; returns what was done.
@@ -141,18 +131,12 @@ def completed_frames(
         header: of the completed frames.
         start: the whole frame.
         completer: begins at the whole frame.
-        settings: whether to complete each frame from both sides, and the standard error above
-            which vertices are left missing.
+        bidirectional: whether to complete each frame from both sides.
+        drop_above: the standard error above which vertices are left missing.
         progress: whether to show a bar; from both sides, a frame counts as often as it is
             completed.
     """
-    bidirectional, drop_above = settings.get("bidirectional", False), settings.get("drop_above")
-    watched = Watched(
-        source,
-        start.points,
-        settings.get("noise"),
-        rejects=settings.get("reject_outliers", False),
-    )
+    watched = Watched(source, start.points, rejects=completer.settings["reject_outliers"])
     tally = Tally(np.zeros(source.n_vertices, np.bool_), watched)
     whole = start.frame(completer.dtype, completer.settings["uncertainty"])
     out, *further = passes = _passes(start.number, source.n_frames, bidirectional)

@@ -1,4 +1,4 @@
-"""Known positions that are watched while they are read: held ones, and how far they scatter."""
+"""Known positions that are watched while they are read: those that are held."""
 
 import contextlib
 from collections.abc import Iterator
@@ -18,13 +18,6 @@ _LEAST = 1e-3
 """The motion differs between a held position and a moved neighbour by more than so many times as
 much as between the latter and others that moved, by their median, and than this share of the mean
 edge, as of outliers."""
-
-_OTHER = 3.0
-"""The noise is another one if the positions scatter by so many times more or less."""
-_ENOUGH = 100
-_SECOND = 12 * 2.366
-"""Of independent errors, the median square of a second difference of an edge, in variances: two
-ends, of which each has 1 + 4 + 1, times the median of chi-squared with three degrees of freedom."""
 
 
 def medians_at(edges: Integers, values: Floats, n_vertices: int, *, lower: bool = False) -> Floats:
@@ -119,62 +112,26 @@ class Held:
         return np.asarray((2 * torn > whole)[part])
 
 
-class Scatter:
-    """Estimates the noise of known positions from the second differences of edges over time."""
-
-    def __init__(self, edges: Integers) -> None:
-        self._edges = edges
-        self._before: list[tuple[Positions, Mask]] = []
-        self._squares: list[float] = []
-
-    def begin(self) -> None:
-        """Begins another run of frames."""
-        self._before.clear()
-
-    def watch(self, points: Positions, known: Mask) -> None:
-        """Takes the next frame of the run into account."""
-        self._before = [*self._before[-2:], (points, known)]
-        if len(self._before) < 3:
-            return
-        of_all = np.logical_and.reduce([known for _, known in self._before])
-        edges = self._edges[of_all[self._edges].all(axis=1)]
-        if len(edges) < _ENOUGH:
-            return
-        a, b, c = (
-            np.diff(points[edges].astype(np.float64), axis=1)[:, 0] for points, _ in self._before
-        )
-        self._squares.append(float(np.median(((a - 2 * b + c) ** 2).sum(axis=1))))
-
-    @property
-    def noise(self) -> float | None:
-        """The standard deviation of a coordinate, at most; None if too few are known in a row."""
-        return float(np.sqrt(np.median(self._squares) / _SECOND)) if self._squares else None
-
-
 class Watched:
-    """Reads frames in their order, and notes what is held and how far positions scatter.
+    """Reads frames in their order, and notes what is held.
 
     Attributes:
         held: where positions are held; a frame counts once, however often it is read.
     """
 
-    def __init__(
-        self, source: Frames, whole: Positions, noise: float | None, *, rejects: bool
-    ) -> None:
+    def __init__(self, source: Frames, whole: Positions, *, rejects: bool) -> None:
         """`whole` are the positions of a complete frame."""
-        self._source, self._noise = source, noise
+        self._source = source
         self._edges = edges_of(source.faces, source.n_vertices)
         lengths = np.linalg.norm(np.diff(whole[self._edges], axis=1)[:, 0], axis=1)
         self._mean_edge = float(lengths.mean()) if len(lengths) else 0.0
         self._rejects = rejects
         self._watched = set[int]()
         self.held = Places(source.n_vertices)
-        self._scatter = Scatter(self._edges)
 
     def frames(self, start: int, stop: int) -> Iterator[Frame]:
         """Yields the frames ``[start:stop]``, without what is held if that is rejected."""
         held, first = Held(self._edges, self._mean_edge), max(start - 1, 0)
-        self._scatter.begin()
         with contextlib.closing(self._source.frames(first, stop)) as frames:
             for number, frame in enumerate(frames, first):
                 repeated = held.watch(frame.points, frame.observed)
@@ -183,23 +140,15 @@ class Watched:
                 if number not in self._watched:
                     self._watched.add(number)
                     self.held.add(number, repeated)
-                    if self._noise is not None:
-                        self._scatter.watch(frame.points, frame.observed)
                 if self._rejects and repeated.any():
                     frame = replace(frame, known=frame.claimed & ~repeated)
                 yield frame
 
     def remarks(self) -> Iterator[str]:
-        """Says what is held, and whether the noise is another one than is stated."""
+        """Says what is held."""
         if self.held.count:
             done = "they count as missing" if self._rejects else "`reject_outliers` leaves them out"
             yield f"{told_of_held(self.held, self._source.header)}; {done}"
-        found, said = self._scatter.noise, self._noise
-        if found is not None and said and not 1 / _OTHER < found / said < _OTHER:
-            yield (
-                f"known positions scatter by about {found:.2g} from frame to frame, "
-                f"{found / said:.2g} times `noise`"
-            )
 
 
 def told_of_held(held: Places, header: Header) -> str:

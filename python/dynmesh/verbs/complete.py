@@ -15,7 +15,7 @@ from .._errors import InputError, naming
 from .._options import Input, Method
 from .._report import Quality, Report, counted, listed, percent, some_of
 from ..completer import Completer
-from ..completion.passes import SequenceSettings, Tally, completed_frames, verdict, with_implied
+from ..completion.passes import Tally, completed_frames, verdict, with_implied
 from ..completion.start import (
     Start,
     StartFrame,
@@ -257,12 +257,18 @@ def complete(
         their `report`: a :class:`dynmesh.Sequence` of frames in memory; of others, a
         :class:`dynmesh.frames.Run`, whose frames are made when they are gone through.
     """
-    arguments = locals()
-    names = [name for name in SequenceSettings.__annotations__ if name in arguments]
-    given: Any = {name: arguments[name] for name in names if name != "start"}
+    given: Any = {
+        "method": method,
+        "noise": noise,
+        "reject_outliers": reject_outliers,
+        "learn": learn,
+        "threads": threads,
+        "uncertainty": uncertainty,
+    }
+    ways: Any = {"bidirectional": bidirectional, "drop_above": drop_above}
     check_start(start, template)
     check_flags(bidirectional=bidirectional)
-    settings = with_implied(given, trained=training is not None)
+    settings = with_implied(given, trained=training is not None, **ways)
     Completer([[0, 1, 2]], np.eye(3), **settings)  # which refuses settings before any work is done
     with contextlib.ExitStack() as stack:
         source, first = stack.enter_context(open_with_template(sequence, template, faces))
@@ -271,8 +277,7 @@ def complete(
                 if value is not None:
                     message = "is of one mesh, but there are several; choose one by `prim`"
                     raise InputError(message, argument=name)
-            settings_of_each: Any = {**given, "start": start, "progress": progress}
-            one = partial(complete, **settings_of_each)
+            one = partial(complete, start=start, progress=progress, **given, **ways)
             return CompletedMeshes(source, one, stack.pop_all().close)
         if isinstance(start, int | np.integer):
             with naming(source.path):
@@ -296,10 +301,9 @@ def complete(
                 whole = first or start_in(source, start, settings, progress=progress)
                 with learnt.frames() as poses:
                     completer = Completer(source.faces, whole.points, training=poses, **settings)
-                result = completed_frames(
-                    source, header, whole, completer, given, progress=progress
+                tally = yield from completed_frames(
+                    source, header, whole, completer, progress=progress, **ways
                 )
-                tally = yield from result
             return _report(source, whole, tally, is_trained=bool(learnt))
 
         run: Run[CompletionReport] = Run(

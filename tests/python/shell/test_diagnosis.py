@@ -214,15 +214,6 @@ def test_a_held_limb_is_found_and_left_out(noise: float) -> None:
     assert error < 0.1 * usual
 
 
-@pytest.mark.parametrize(("times", "said"), [(0.1, True), (1.0, False), (10.0, True)])
-def test_a_noise_that_is_another_one_is_said(times: float, said: bool) -> None:
-    noisy = dynmesh.degrade(WALKER[:10], noise=0.05, known=0.7)
-    edge = diagnosed(WALKER[:1]).mean_edge
-    assert edge is not None
-    report = dynmesh.complete(noisy, template=WALKER[:1], noise=0.05 * edge * times).report
-    assert any("times `noise`" in remark for remark in report.remarks) == said
-
-
 def test_empty_and_still_sequences_are_diagnosed() -> None:
     nothing = np.full((3, 4, 3), np.nan)
     no_faces = np.empty((0, 3), np.int64)
