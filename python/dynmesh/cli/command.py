@@ -11,7 +11,7 @@ import re
 import types
 import typing
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple, Union
 
@@ -341,18 +341,6 @@ def _refuse_for_scans(given: Mapping[str, Any]) -> None:
     for name, value in given.items():
         if value not in (None, "ply"):
             raise InputError("is for sequences, not for scans", argument=name, value=value)
-
-
-def bound(command: Command, tokens: Sequence[str]) -> dict[str, Any]:
-    """Binds the words of a command line to the parameters of a command; of them, those given."""
-    from cyclopts import App, CycloptsError
-
-    app = App(default_command=command, help_flags=(), version_flags=())
-    try:
-        result = app.parse_args(tokens, exit_on_error=False, print_error=False)[1]
-    except CycloptsError as error:
-        raise refusal(error) from None
-    return dict(result.arguments)
 
 
 def refusal(error: Any) -> InputError:

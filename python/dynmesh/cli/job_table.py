@@ -3,27 +3,20 @@
 import csv
 import os
 from collections import defaultdict
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
-from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
-from typing import Any
 
 from .._checks import path_of
 from .._errors import InputError
 from .._report import listed
 from ..formats.names import FrameNames
-from ..verbs.complete import complete
-from ..verbs.register import registered
-from ..verbs.track import track
-from .command import SHARED, Command, bound
+from .command import SHARED
 
-VERBS = {"input": Command(complete), "scans": Command(track), "scan": Command(registered)}
-"""By the column that says what a row is for."""
-
-_COMMANDS = {"input": "complete", "scans": "track", "scan": "register"}
+VERBS = {"input": "complete", "scans": "track", "scan": "register"}
+"""The commands, by the column that says what a row is for."""
 
 _OF_BATCH = {*SHARED, "overwrite"}
 
@@ -38,8 +31,7 @@ class Job:
         words: the command line.
         input: the incomplete sequence, or the scans.
         output: what is written.
-        files: what else is written, by the column.
-        reads: what is read.
+        reads: what may be read: all other values, as paths.
         needs: the indices of the jobs whose outputs it reads.
     """
 
@@ -48,7 +40,6 @@ class Job:
     words: tuple[str, ...]
     input: Path
     output: Path
-    files: Mapping[str, Path]
     reads: tuple[Path, ...]
     needs: tuple[int, ...] = ()
 
@@ -102,8 +93,6 @@ def _wrong(path: Path, line: int, column: str | None, reason: str) -> InputError
 
 
 def _job(path: Path, line: int, columns: list[str], row: list[str], overwrite: bool) -> Job:
-    from cyclopts import UnknownOptionError
-
     if len(row) != len(columns):
         raise _wrong(path, line, None, "has more or fewer values than there are columns")
     given = {column: text for column, text in zip(columns, row, strict=True) if text}
@@ -111,54 +100,18 @@ def _job(path: Path, line: int, columns: list[str], row: list[str], overwrite: b
     if len(kinds) > 1:
         raise _wrong(path, line, kinds[1], f"cannot be combined with {kinds[0]}")
     kind = kinds[0] if kinds else "input"
-    verb = VERBS[kind]
     names = [*(["template"] if kind == "scan" else []), kind, "output"]
     for name in names:
         if name not in given:
             raise _wrong(path, line, name, "is empty")
-    folder = path.parent
-    paths = [path_of(name, given.pop(name), folder=folder) for name in names]
-    is_done = not overwrite and exists(paths[-1])
-    options = {f"--{column.replace('_', '-')}": column for column in given}
-    words = list[str]()
-    for option, column in options.items():
-        words += [f"{option}={text.strip()}" for text in given[column].split(";")]
-    try:
-        # What is done is skipped; reading its options would take the most time.
-        values = {} if is_done else _options(kind, len(paths), *words)
-    except InputError as error:
-        option = verb.option_of(error.argument or "") or ""
-        is_header = isinstance(error.__context__, UnknownOptionError)
-        place = options.get(option, error.argument)
-        raise _wrong(path, 1 if is_header else line, place, error.reason) from error
-    files = {
-        key: [path_of(key, one, folder=folder) for one in _paths_in(values[key])]
-        for key in verb.options.keys() & values.keys()
-        if verb.options[key][-1].names
-    }
-    written = {key for key in files if verb.options[key][-1].heading == "output"}
-    always = ["--json", *(["--overwrite"] if overwrite else [])]
-    return Job(
-        line,
-        folder,
-        words=(_COMMANDS[kind], *map(str, paths), *words, *always),
-        input=paths[-2],
-        output=paths[-1],
-        files={key: files[key][0] for key in written if files[key]},
-        reads=(*paths[:-1], *(one for key in files.keys() - written for one in files[key])),
-    )
-
-
-@cache
-def _options(kind: str, n_paths: int, *words: str) -> dict[str, Any]:
-    """The values of options behind so many paths; many rows have the same, and binding is slow."""
-    return bound(VERBS[kind], ["path"] * n_paths + [*words])
-
-
-def _paths_in(value: Any) -> Iterator[Path]:
-    for one in value if isinstance(value, list) else [value]:
-        if isinstance(one, Path):
-            yield one
+    *inputs, output = (path_of(name, given.pop(name), folder=path.parent) for name in names)
+    words, reads = [VERBS[kind], *map(str, inputs), str(output)], [*inputs]
+    for name, text in given.items():
+        for value in map(str.strip, text.split(";")):
+            words.append(f"--{name.replace('_', '-')}={value}")
+            reads.append(path_of(name, value or ".", folder=path.parent))
+    words += ["--json", *(["--overwrite"] if overwrite else [])]
+    return Job(line, path.parent, tuple(words), inputs[-1], output, tuple(reads))
 
 
 def _identity(output: Path) -> str:
@@ -169,11 +122,10 @@ def _identity(output: Path) -> str:
 def _refuse_common_outputs(path: Path, jobs: list[Job]) -> None:
     lines: dict[str, int] = {}
     for job in jobs:
-        for column, output in {"output": job.output, **job.files}.items():
-            first = lines.setdefault(_identity(output), job.line)
-            if first != job.line:
-                message = f"{str(output)!r} is the output of line {first} already"
-                raise _wrong(path, job.line, column, message)
+        first = lines.setdefault(_identity(job.output), job.line)
+        if first != job.line:
+            message = f"{str(job.output)!r} is the output of line {first} already"
+            raise _wrong(path, job.line, "output", message)
 
 
 def _with_needs(path: Path, jobs: list[Job]) -> list[Job]:

@@ -95,7 +95,7 @@ def test_a_row_is_a_command_line(tmp_path: Path) -> None:
         "--gaps=lost", "--json",
     )  # fmt: skip
     names = ("a.npz", "a, mask.npy", "one.npz", "two.npz")
-    assert {*first.reads} == {tmp_path / name for name in names}
+    assert {*first.reads} >= {tmp_path / name for name in names}
     assert second.words[3:-1] == ("--method=motion", "--start=7", "--prim=/a", "--prim=/b")
     assert (tracking.input, tracking.output) == (tmp_path / "g", tmp_path / "h.npz")
     assert tracking.words[3:-1] == ("--threads=2", "--template=t.ply")

@@ -15,13 +15,13 @@ from .case import Case, Printed, World
 
 _TABLES = {
     "no_column": ("input\nbody.npz\n", "no_column.csv:", "'output'"),
-    "odd_column": ("input,output,colour\nbody.npz,new.npz,red\n", "odd_column.csv: line 1:", "--colour"),
+    "odd_column": ("input,output,colour\nbody.npz,new.npz,red\n", "failed: new.npz: ", "--colour"),
     "too_few": ("input,output\n\nbody.npz\n", "too_few.csv: line 3"),
-    "out_of_range": ("input,output,threads\nbody.npz,new.npz,0\n", "failed: new.npz: body.npz: threads: must be from 1"),
-    "scans_method": ("scans,output,template,method\ncloud,new.npz,template.npz,detail\n", "line 1:", "--method"),
+    "out_of_range": ("input,output,threads\nbody.npz,new.npz,0\n", "failed: new.npz: body.npz: --threads: must be from 1"),
+    "scans_method": ("scans,output,template,method\ncloud,new.npz,template.npz,detail\n", "failed: new.npz: ", "--method"),
     "tabs": ("input\toutput\nbody.npz\tnew.npz\n", "tabs.csv:", "'input'", "tabs"),
     "unclosed": ('input,output\nbody.npz,"new.npz\n', "unclosed.csv:"),
-    "no_method": ("input,output,method\nbody.npz,new.npz,lsm\n", "line 2: method:", "'lsm'"),
+    "no_method": ("input,output,method\nbody.npz,new.npz,lsm\n", "failed: new.npz: ", "--method", "'lsm'"),
     "two_kinds": ("input,scans,output\nbody.npz,cloud,new.npz\n", "line 2: scans:", "with input"),
     "no_input": ("input,output\n,new.npz\n", "line 2: input: is empty"),
     "page_exists": ("template,scan,output,page\nbody.obj,body.obj,new.obj,done.html\n", "failed: new.obj:", "done.html: exists already"),
