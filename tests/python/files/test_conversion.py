@@ -95,22 +95,6 @@ def clouds(folder: Path, numbers: range, suffix: str = "xyz", size: float = 1) -
     return folder
 
 
-def test_an_older_result_is_replaced_as_a_whole(tmp_path: Path) -> None:
-    source = clouds(tmp_path / "in", range(3))
-    words = ("convert", source, tmp_path / "out", "--scale")
-    run(*words, "1")
-    before = contents(tmp_path / "out")
-    assert "exists already" in run(*words, "2", code=1).stderr
-    assert contents(tmp_path / "out") == before
-    run(*words, "2", "--overwrite")
-    assert contents(tmp_path / "out").keys() == before.keys()
-    doubled, once = (
-        read_points(tmp_path / at / f"a_1.{of}").scan.points
-        for at, of in (("out", "ply"), ("in", "xyz"))
-    )
-    np.testing.assert_allclose(doubled, 2 * once)
-
-
 @pytest.mark.parametrize("other", ["a_7.ply", "notes.txt", ".hidden", "a_0.ply/inner"])
 def test_what_no_new_file_replaces_is_no_older_result(tmp_path: Path, other: str) -> None:
     """Otherwise files of two conversions would stand side by side, or another's would go."""

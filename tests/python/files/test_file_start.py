@@ -206,17 +206,6 @@ def test_a_start_without_extent_is_ruined(tmp_path: Path) -> None:
     assert "100 % of the edges have no length where completion started" in said
 
 
-def test_a_template_stands_before_frame_0(tmp_path: Path, stored: Path) -> None:
-    dynmesh.write(tmp_path / "template.obj", TRUTH[9:10])
-    points = dynmesh.read(tmp_path / "template.obj").vertices[0]
-    completer = dynmesh.Completer(PARTIAL.faces, points.astype(np.float32), method="detail")
-    expected = [completer.push(*frame) for frame in zip(PARTIAL.vertices, KNOWN, strict=True)]
-    output = tmp_path / "out.npz"
-    report = to_file.complete(stored, output, template=tmp_path / "template.obj")
-    assert (report.frames, report.completed, report.start) == (15, 15, None)
-    np.testing.assert_array_equal(dynmesh.read(output).vertices, expected)
-
-
 def test_a_template_says_the_unit_and_the_axis_where_the_sequence_does_not() -> None:
     silent = replace(TRUTH, up_axis=None, metres_per_unit=None, known=None)
     whole = replace(TRUTH[:1], up_axis="z", metres_per_unit=0.01)
@@ -227,7 +216,7 @@ def test_a_template_says_the_unit_and_the_axis_where_the_sequence_does_not() -> 
 
 
 @pytest.mark.usefixtures("stored")
-def test_a_template_lends_its_faces(tmp_path: Path) -> None:
+def test_a_template_stands_before_frame_0_and_lends_its_faces(tmp_path: Path) -> None:
     """Scanners write points alone, and point caches hold no faces."""
     dynmesh.write(tmp_path / "template.ply", TRUTH[:1])
     holed = np.where(KNOWN[:, :, None], PARTIAL.vertices, np.float32(np.nan))
@@ -236,14 +225,15 @@ def test_a_template_lends_its_faces(tmp_path: Path) -> None:
         rows = "".join(f"{x:.9g} {y:.9g} {z:.9g}\n" for x, y, z in points.tolist())
         content = ply(f"vertex {len(points)}: {XYZ}", rows.encode())
         (tmp_path / f"scan_{number}.ply").write_bytes(content)
-    made: list[dynmesh.Sequence] = []
+    completer = dynmesh.Completer(PARTIAL.faces, TRUTH.vertices[0], method="detail")
+    expected = [completer.push(*frame) for frame in zip(PARTIAL.vertices, KNOWN, strict=True)]
     for name in ("partial.npz", "points.npy", "scan_%d.ply"):
-        output = tmp_path / f"{len(made)}.npz"
-        to_file.complete(tmp_path / name, output, template=tmp_path / "template.ply")
-        made.append(dynmesh.read(output))
-    for other in made[1:]:
-        np.testing.assert_array_equal(other.vertices, made[0].vertices)
-        np.testing.assert_array_equal(other.faces, TRUTH.faces)
+        output = tmp_path / "out.npz"
+        options: Any = {"template": tmp_path / "template.ply", "overwrite": True}
+        report = to_file.complete(tmp_path / name, output, **options)
+        assert (report.frames, report.completed, report.start) == (15, 15, None)
+        np.testing.assert_array_equal(dynmesh.read(output).vertices, expected)
+        np.testing.assert_array_equal(dynmesh.read(output).faces, TRUTH.faces)
 
 
 def test_the_report_of_a_file_counts(tmp_path: Path) -> None:

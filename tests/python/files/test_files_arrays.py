@@ -14,6 +14,7 @@ from meshes import Array, sheet
 from sequences import GOOD, NO_SEQUENCE, assert_refused, assert_same
 
 import dynmesh
+from dynmesh.formats.rows import Rows
 
 h5py = pytest.importorskip("h5py", reason="h5py is not installed")
 
@@ -267,3 +268,27 @@ def test_damaged_caches_are_refused(tmp_path: Path, data: bytes, told: str) -> N
     path = tmp_path / "a.pc2"
     path.write_bytes(data)
     assert_refused(path, told, faces=np.array([[0, 1, 2]]))
+
+
+@pytest.mark.parametrize("suffix", [".npz", ".npy"])
+@pytest.mark.parametrize("by_columns", [False, True])
+def test_frames_are_the_same_in_any_order_and_an_array_by_columns_is_read_once(
+    tmp_path: Path, suffix: str, by_columns: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    n, made = 60, cached(60).vertices
+    vertices = np.asfortranarray(made) if by_columns else made
+    arrays = {"vertices": vertices, "faces": np.array([[0, 1, 2]])}
+    path = store(tmp_path / f"a{suffix}", arrays, compression="any")
+    read, whole = list[int](), Rows.whole
+
+    def counted(rows: Rows) -> Any:
+        read.append(rows.shape[0])
+        return whole(rows)
+
+    monkeypatch.setattr(Rows, "whole", counted)
+    with dynmesh.open(path) as frames:
+        others = frames.frames()
+        for at in np.random.default_rng(0).permutation(n).tolist():
+            np.testing.assert_array_equal(frames[at].points, made[at])
+            assert next(others).points.shape == (K, 3)
+    assert read.count(n) == by_columns

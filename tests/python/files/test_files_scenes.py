@@ -21,6 +21,8 @@ Sdf, Usd, UsdGeom, UsdUtils = (
 @pytest.mark.parametrize(
     ("about", "samples", "fps", "start", "times"),
     [
+        # of a surface that rests in between, and no sample is stored
+        ("timeCodesPerSecond = 24", "t1=0 t2=1 t5=1 t6=5", 24, 1, None),
         ("timeCodesPerSecond = 25", "t1 t2 t3", 25, 1, None),
         ("", "t1 t2", None, 1, None),
         ("timeCodesPerSecond = 24", "t6 t8 t10", 12, 3, None),
@@ -38,20 +40,15 @@ def test_samples_are_frames(
     start: float,
     times: list[float] | None,
 ) -> None:
-    heights = {time: float(height) for height, time in enumerate(samples.split())}
+    stated = [sample.split("=") for sample in samples.split()]
+    heights = {one[0]: float(one[1] if one[1:] else n) for n, one in enumerate(stated)}
     path = layer(tmp_path / "a.usda", mesh(points_at(**heights)), about=about)
     sequence = dynmesh.read(path)
-    np.testing.assert_array_equal(sequence.vertices[:, 0, 2], range(len(heights)))
+    expected = [0, 1, 1, 1, 1, 5] if "=" in samples else range(len(heights))
+    np.testing.assert_array_equal(sequence.vertices[:, 0, 2], expected)
     assert sequence.fps == (None if fps is None else pytest.approx(fps))
     assert sequence.start == start
     assert (None if sequence.times is None else sequence.times.tolist()) == times
-
-
-def test_samples_that_are_omitted_since_nothing_moved_are_frames(tmp_path: Path) -> None:
-    body = mesh(points_at(t1=1, t2=2, t5=2, t6=3))
-    sequence = dynmesh.read(layer(tmp_path / "a.usda", body, about="timeCodesPerSecond = 24"))
-    np.testing.assert_array_equal(sequence.vertices[:, 0, 2], [1, 2, 2, 2, 2, 3])
-    assert (sequence.fps, sequence.start, sequence.times) == (24, 1, None)
 
 
 def test_a_mesh_is_chosen_and_info_lists_them(tmp_path: Path) -> None:
@@ -114,14 +111,10 @@ def test_unsuitable_meshes_are_refused(
     assert capfd.readouterr() == ("", "")
 
 
-def test_masks_that_are_omitted_since_nothing_changes_are_those_before(tmp_path: Path) -> None:
-    path = layer(tmp_path / "a.usda", masked_at("1: [1, 0, 1], 3: [1, 0, 1]"))
-    np.testing.assert_array_equal(dynmesh.read(path).known, [[True, False, True]] * 3)
-
-
-def test_masks_hold_before_and_after_their_samples(tmp_path: Path) -> None:
+@pytest.mark.parametrize("samples", ["2: [1, 0, 1]", "1: [1, 0, 1], 3: [1, 0, 1]"])
+def test_masks_hold_before_after_and_between_equal_samples(tmp_path: Path, samples: str) -> None:
     """As USD has it; those of all frames are not lost for it."""
-    path = layer(tmp_path / "a.usda", masked_at("2: [1, 0, 1]"))
+    path = layer(tmp_path / "a.usda", masked_at(samples))
     for gaps in ("refuse", "lost"):
         read = dynmesh.read(path, gaps=gaps)
         np.testing.assert_array_equal(read.known, [[True, False, True]] * 3)

@@ -261,26 +261,3 @@ def test_any_ply_is_read(tmp_path_factory: pytest.TempPathFactory, data: st.Data
     assert (again.known is not None) == ("known" in vertices)
     if again.known is not None:
         np.testing.assert_array_equal(again.known[0], vertices["known"][1])
-
-
-def test_ply_files_of_wrong_length_are_refused(tmp_path: Path) -> None:
-    """Text and binary files with more than a mesh in them."""
-    path = tmp_path / "a.ply"
-    text = ply(
-        f"material 2: list uchar float w, int id; vertex 4: {XYZ}, uchar known; face 2: {FACE}",
-        b"2 0.5 1e3 4\n0 9\n0 0 0 1\n1 0 nan 1\n0 1 -1e-3 0\n4 4 4 0\n3 0 1 2\n4 0 1 2 3\n",
-    )
-    mixed = ply(
-        f"vertex 3: {XYZ}; face 2: list int ushort vertex_index, list uchar char name, uchar flag",
-        np.arange(9, dtype=">f4").tobytes()
-        + b"\0\0\0\3\0\0\0\1\0\2\2ab\7"
-        + b"\0\0\0\4\0\0\0\1\0\2\0\0\0\7",
-        format="binary_big_endian",
-    )
-    for whole in (text, text.replace(b"\n", b"\r\n"), mixed):
-        path.write_bytes(whole)
-        dynmesh.read(path)
-        lengths = range(len(whole.rstrip(b"\r\n")))  # the last line needs no end
-        for data in [*(whole[:n] for n in lengths), whole + b"\0"]:
-            path.write_bytes(data)
-            assert_refused(path)

@@ -1,16 +1,17 @@
-"""Paths mean what they meant when they were given, wherever the frames are made."""
+"""Paths mean what they meant when they were given, wherever the frames are made.
+
+test_compositions.py gives paths of all formats to each pair of verbs so.
+"""
 
 import contextlib
 import json
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from commands import dynmesh_command as run
-from every_format import FORMATS, NUMBERED
 from scan_files import scanned_body
 from sequences import assert_same, sea
 
@@ -18,85 +19,17 @@ import dynmesh
 from dynmesh.cli.job_table import read_jobs
 from dynmesh.scans import open_scans
 
-N = 4
-
-
-def filled(folder: Path, seed: int) -> Path:
-    """A folder with a sequence in all formats, and what options name; others by another seed."""
-    folder.mkdir()
-    known = np.random.default_rng(seed).random((N, 144)) < 0.7
-    known[0] = True
-    whole = sea(N, 12, start=3)
-    whole = replace(whole, vertices=whole.vertices * np.float32(1 + 0.05 * seed))
-    partial = replace(whole, known=known)
-    for format in FORMATS:
-        suffix = dynmesh.formats.FORMATS[format].suffixes[0]
-        (folder / format).mkdir()
-        name = f"a_%d{suffix}" if format in NUMBERED else f"a{suffix}"
-        dynmesh.write(folder / format / name, partial)
-    dynmesh.write(folder / "whole.npz", whole)
-    dynmesh.write(folder / "template.obj", whole[:1])
-    np.save(folder / "known.npy", known)
-    return folder
-
 
 @pytest.fixture(scope="module")
-def folders(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
-    above = tmp_path_factory.mktemp("folders")
-    return filled(above / "one", 0), filled(above / "other", 1)
-
-
-NAME: dict[str, str] = {
-    format: f"{format}/a{'_%d' if format in NUMBERED else ''}{of.suffixes[0]}"
-    for format, of in dynmesh.formats.FORMATS.items()
-}
-Verb = Callable[[Callable[[str], Any]], Any]
-"""Makes frames of paths, which are made of names in a folder."""
-
-
-def _of(verb: Callable[..., Any], format: str) -> Verb:
-    return lambda at: verb(at(NAME[format]))
-
-
-VERBS: dict[str, Verb] = {
-    **{f"open {f}": _of(dynmesh.open, f) for f in FORMATS},
-    **{f"complete {f}": _of(dynmesh.complete, f) for f in FORMATS},
-    "a folder": lambda at: dynmesh.complete(at("ply")),
-    "a pattern": lambda at: dynmesh.open(at("obj/a_*.obj")),
-    "convert": lambda at: dynmesh.convert(at("npz/a.npz"), scale=2),
-    "degraded": lambda at: dynmesh.degrade(at("hdf5/a.h5"), known=0.5),
-    "template": lambda at: dynmesh.complete(at("npz/a.npz"), template=at("template.obj")),
-    "training": lambda at: dynmesh.complete(at("npz/a.npz"), training=[at("whole.npz")]),
-    "known": lambda at: dynmesh.open(at("whole.npz"), known=at("known.npy")),
-    "faces": lambda at: dynmesh.open(at("npy/a.npy"), faces=at("template.obj")),
-    "a verb of a verb": lambda at: dynmesh.complete(dynmesh.convert(at("usd/a.usd"), fps=9)),
-}
-
-
-@pytest.mark.parametrize("kind", [str, Path])
-@pytest.mark.parametrize("verb", VERBS)
-def test_frames_are_those_of_the_paths_as_given(
-    folders: tuple[Path, Path], tmp_path: Path, verb: str, kind: Callable[[str], Any]
-) -> None:
-    one, other = folders
-    expected = dynmesh.read(VERBS[verb](lambda name: one / name))
-    with contextlib.chdir(one):
-        frames = VERBS[verb](kind)
-        layer = VERBS[verb](kind)
-    with contextlib.chdir(other):
-        assert_same(dynmesh.read(frames), expected)
-        if "usd" in verb:
-            dynmesh.write(tmp_path / "over.usda", layer)
-            assert "/other/" not in (tmp_path / "over.usda").read_text()
-            made = dynmesh.read(tmp_path / "over.usda")
-            np.testing.assert_array_equal(made.vertices, expected.vertices)
-    assert all(file.is_relative_to(one) for file in frames.files)
-
-
-@pytest.fixture(scope="module")
-def scanned(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Points, depth images, a template and landmarks."""
-    made = tmp_path_factory.mktemp("scanned")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A sea in several formats, scans of a body, and what options name."""
+    made = tmp_path_factory.mktemp("folder")
+    partial, whole = sea(4, 12, share=0.7, whole=[0], start=3), sea(4, 12, start=3)
+    for name in ("a.npz", "a.npy", "a.usd", "walk/a_%d.obj"):
+        dynmesh.write(made / name, partial)
+    dynmesh.write(made / "whole.npz", whole)
+    dynmesh.write(made / "sea.obj", whole[:1])
+    np.save(made / "known.npy", np.asarray(partial.known))
     truth = scanned_body(made, 3, "--scan", "--points", "1500")
     run("degrade", made / "truth.npz", made / "depth", "--depth", "60x60", "--up", "z")
     (made / "depth" / "cameras.json").rename(made / "rig.json")
@@ -105,7 +38,14 @@ def scanned(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return made
 
 
-SCANS: dict[str, Verb] = {
+VERBS: dict[str, Callable[[Callable[[str], Any]], Any]] = {
+    "a folder": lambda at: dynmesh.complete(at("walk")),
+    "a pattern": lambda at: dynmesh.open(at("walk/a_*.obj")),
+    "a stage": lambda at: dynmesh.complete(at("a.usd")),
+    "template": lambda at: dynmesh.complete(at("a.npz"), template=at("sea.obj")),
+    "training": lambda at: dynmesh.complete(at("a.npz"), training=[at("whole.npz")]),
+    "known": lambda at: dynmesh.open(at("whole.npz"), known=at("known.npy")),
+    "faces": lambda at: dynmesh.open(at("a.npy"), faces=at("sea.obj")),
     "track": lambda at: dynmesh.track(
         at("points"), template=at("body.obj"), landmarks=at("marks.json")
     ),
@@ -116,28 +56,37 @@ SCANS: dict[str, Verb] = {
         at("body.obj"), at("points/frame_00000.ply"), landmarks=at("marks.json")
     ),
 }
+"""What makes frames of paths, which are made of names in a folder."""
 
 
-@pytest.mark.parametrize("verb", SCANS)
-def test_scans_are_those_of_the_paths_as_given(scanned: Path, tmp_path: Path, verb: str) -> None:
-    with contextlib.chdir(scanned):
-        frames, scans = SCANS[verb](str), open_scans("depth", cameras="rig.json")
+@pytest.mark.parametrize("verb", VERBS)
+def test_frames_are_those_of_the_paths_as_given(folder: Path, tmp_path: Path, verb: str) -> None:
+    expected = dynmesh.read(VERBS[verb](lambda name: folder / name))
+    with contextlib.chdir(folder):
+        frames, again = VERBS[verb](str), VERBS[verb](str)
     with contextlib.chdir(tmp_path):
-        assert dynmesh.read(frames).n_frames == len(frames)
-        assert len([*scans]) == 3
-    assert [*tmp_path.iterdir()] == []
-    assert all(file.is_absolute() for file in (*frames.files, *scans.files))
+        assert_same(dynmesh.read(frames), expected)
+        dynmesh.write("over.usda", again)  # over the stage, if it is one
+        np.testing.assert_allclose(dynmesh.read("over.usda").vertices, expected.vertices, 1e-5)
+    assert all(file.is_relative_to(folder) for file in frames.files)
+
+
+def test_cameras_are_those_of_the_path_as_given(folder: Path) -> None:
+    with contextlib.chdir(folder):
+        scans = open_scans("depth", cameras="rig.json")
+    assert len([*scans]) == 3
+    assert all(file.is_absolute() for file in scans.files)
 
 
 def test_a_tilde_is_the_home_folder(
-    folders: tuple[Path, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """To read and to write; a file of which it is only the first character keeps its name."""
-    monkeypatch.setenv("HOME", str(folders[0]))
+    monkeypatch.setenv("HOME", str(folder))
     monkeypatch.chdir(tmp_path)
-    assert dynmesh.open("~/whole.npz").files == [folders[0] / "whole.npz"]
+    assert dynmesh.open("~/whole.npz").files == [folder / "whole.npz"]
     dynmesh.write("~/made.npz", dynmesh.open(Path("~/whole.npz")))
-    (folders[0] / "made.npz").unlink()
+    (folder / "made.npz").unlink()
     dynmesh.write("~old.npz", dynmesh.read("~/whole.npz"))
     assert [file.name for file in tmp_path.iterdir()] == ["~old.npz"]
 

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 import pytest
 import to_file
-from meshes import sheet
 from sequences import assert_same, sea
 
 import dynmesh
@@ -62,14 +61,16 @@ def test_estimates_are_no_observations_elsewhere(tmp_path: Path) -> None:
 
 
 def test_errors_by_frame_of_missing_vertices_alone() -> None:
-    """From the generations, and from the partial sequence."""
+    """From the generations, and from the partial sequence, also if zeros stand for missing ones."""
     completed, truth = (each.vertices.astype(np.float64) for each in (COMPLETED, TRUTH))
     diagonal = np.linalg.norm(np.ptp(truth[0], axis=0))
     apart = np.linalg.norm(completed - truth, axis=-1) / diagonal
     frames = range(2, 7, 2)
     expected = [apart[t][~KNOWN[t]] for t in frames]
     bare = replace(COMPLETED, generation=None, age=None)
-    for made, more in ((COMPLETED, {}), (bare, {"input": PARTIAL})):
+    zeros = np.where(KNOWN[..., None], PARTIAL.vertices, 0)
+    of_zeros = replace(PARTIAL, vertices=zeros, known=None)
+    for made, more in ((COMPLETED, {}), (bare, {"input": PARTIAL}), (bare, {"input": of_zeros})):
         found = dynmesh.evaluate(made, TRUTH, frames=frames, only="missing", **more)  # type: ignore[arg-type]
         assert [each.frame for each in found.each] == [2, 4, 6]
         assert [each.vertices for each in found.each] == [len(own) for own in expected]
@@ -81,57 +82,3 @@ def test_errors_by_frame_of_missing_vertices_alone() -> None:
     assert whole.mean == pytest.approx(apart[1:].mean())
     with pytest.raises(ValueError, match="input: is needed"):
         dynmesh.evaluate(bare, TRUTH, only="missing")
-
-
-SHOT = sea(6, start=10)
-
-
-def test_zeros_may_tell_what_was_missing() -> None:
-    known = np.stack(list(dynmesh.losses.random_known(6, 100, 0.5)))
-    zeros = np.where(known[..., None], SHOT.vertices + 1, 0)
-    truth = replace(SHOT, vertices=SHOT.vertices + 1)
-    off = replace(truth, vertices=truth.vertices + np.where(known[..., None], 0, 0.5))
-    told = dynmesh.evaluate(off, truth, only="missing", input=replace(truth, vertices=zeros))
-    distance = told.mean * told.bounding_box_diagonal
-    assert distance == pytest.approx(0.5 * np.sqrt(3), rel=1e-3)
-
-
-OF_FRAME = np.tile(np.arange(10, dtype=np.int32)[:, None], (1, 49))
-NUMBERED = dynmesh.Sequence(
-    np.repeat(OF_FRAME[..., None], 3, axis=2).astype(np.float32),
-    sheet(7).faces,
-    OF_FRAME % 2 == 0,
-    generation=OF_FRAME,
-    age=OF_FRAME,
-    fps=25.0,
-    start=1001,
-    up_axis="z",
-    name="/body",
-)
-"""Ten frames, each of whose arrays hold the number of the frame, starting at frame 1001."""
-
-
-@pytest.mark.parametrize(
-    "frames",
-    [
-        slice(None),
-        slice(3, None),
-        slice(2, 9, 3),
-        slice(7, 3),
-        slice(9, None, 5),
-    ],
-)
-@pytest.mark.parametrize("timed", [False, True])
-def test_a_slice_cuts_everything_alike(frames: slice, timed: bool) -> None:
-    times = 1001 + np.arange(10.0) ** 2 if timed else None
-    whole = replace(NUMBERED, times=times)
-    part = whole[frames]
-    kept = np.arange(10)[frames]
-    for name in ("vertices", "known", "generation", "age"):
-        np.testing.assert_array_equal(getattr(part, name), getattr(whole, name)[kept])
-    assert part.vertices.base is whole.vertices
-    assert (part.faces is whole.faces, part.fps, part.name) == (True, 25, "/body")
-    numbers = (whole.header.numbers)[kept]
-    np.testing.assert_array_equal(part.header.numbers, numbers)
-    assert part.start == (numbers[0] if len(part) else 1001 + frames.indices(10)[0])
-    assert (part.times is None) == (not timed and frames.step is None)
