@@ -18,7 +18,7 @@ from .depth_files import MASK_SUFFIXES, SUFFIXES
 _LIST = "depth.txt"
 
 
-def images_in(path: Path, rig: Rig) -> list[Path]:
+def images_in(path: Path, rig: Rig, suffixes: tuple[str, ...] = SUFFIXES) -> list[Path]:
     """Returns the images in a folder and those of the cameras in it, or that a glob names.
 
     Of a folder with several kinds of images, such as depth and colour, they are those whose folder
@@ -31,7 +31,7 @@ def images_in(path: Path, rig: Rig) -> list[Path]:
         cameras = {camera.name for camera in rig.cameras}
         below = (Path(folder) for folder, _, _ in os.walk(path))
         folders = [f for f in below if f == path or cameras & {*f.relative_to(path).parts}]
-        found = [f for folder in sorted(folders) for one in SUFFIXES for f in files_in(folder, one)]
+        found = [f for folder in sorted(folders) for one in suffixes for f in files_in(folder, one)]
         said = [file for file in found if "depth" in str(file.relative_to(path)).lower()]
         return said or found
     if (names := FrameNames.of(path)).numbered:
@@ -40,14 +40,16 @@ def images_in(path: Path, rig: Rig) -> list[Path]:
     return sorted(matching(path))
 
 
-def images_by_camera(path: Path, rig: Rig) -> dict[str, dict[Number, Path]]:
+def images_by_camera(
+    path: Path, rig: Rig, suffixes: tuple[str, ...] = SUFFIXES
+) -> dict[str, dict[Number, Path]]:
     """Returns the images of each camera by their numbers.
 
     The camera is named at the end of a file's name, or else by a folder in its path, or, if there
     is only one, need not be named at all.
     """
     own: dict[str, dict[Path, str]] = {camera.name: {} for camera in rig.cameras}
-    images = images_in(path, rig)
+    images = images_in(path, rig, suffixes)
     owners = {file: _owner(file, path, own) for file in images}
     if len(own) == 1 and not any(name for name, _ in owners.values()):
         owners = {file: (rig.cameras[0].name, file.stem) for file in images}
@@ -163,7 +165,7 @@ def masks_of(
     if subject is not None:
         masks = beside(every, subject, path if path.is_dir() else path.parent)
         if len(masks) < len(every):
-            numbered = images_by_camera(subject, rig)
+            numbered = images_by_camera(subject, rig, MASK_SUFFIXES)
             masks |= {
                 file: numbered[camera][number]
                 for camera, files in images.items()
