@@ -22,56 +22,32 @@ struct Situation {
 };
 
 TEST_CASE("what speaks against a mesh makes it doubtful or ruined, for the cause that it tells") {
-  const auto made = [](const auto& change) {
-    Measure measure{.agreement = {1000, 0, 0, 0.1}};
-    change(measure);
+  const auto made = [](Measure measure) {
+    measure.agreement = {1000, 0, 0, 0.1};
     return measure;
   };
+  using enum Quality;
   const std::array situations = {
-      Situation{"nothing", {}, Quality::good},
-      Situation{"other things", made([](Measure& m) { m.others = 0.6; }), Quality::good},
-      Situation{"some of each, and little", made([](Measure& m) {
-                  m.contradicted = 0.02;
-                  m.stretch = 0.03;
-                  m.hole = 0.01;
-                }),
-                Quality::good},
-      Situation{"some of each", made([](Measure& m) {
-                  m.contradicted = 0.02;
-                  m.stretch = 0.06;
-                  m.hole = 0.01;
-                }),
-                Quality::doubtful},
-      Situation{"little is missing", made([](Measure& m) { m.explained = 0.91; }), Quality::good},
-      Situation{"a part is missing", made([](Measure& m) { m.explained = 0.85; }),
-                Quality::doubtful},
-      Situation{"hardly anything is there", made([](Measure& m) { m.explained = 0.2; }),
-                Quality::ruined, Cause::pose},
-      Situation{"nothing is seen, and few points are elsewhere", made([](Measure& m) {
-                  m.seen = 0;
-                  m.others = 0.4;
-                }),
-                Quality::doubtful, Cause::unseen},
-      Situation{"nothing is seen, and most points are elsewhere", made([](Measure& m) {
-                  m.seen = 0;
-                  m.others = 0.9;
-                }),
-                Quality::doubtful, Cause::pose},
-      Situation{"a hole", made([](Measure& m) { m.hole = 0.06; }), Quality::doubtful},
-      Situation{"a large hole", made([](Measure& m) { m.hole = 0.45; }), Quality::doubtful,
-                Cause::part},
-      Situation{"half of it on the other half", made([](Measure& m) { m.overlap = 0.5; }),
-                Quality::doubtful, Cause::part},
-      Situation{"seen through", made([](Measure& m) { m.contradicted = 0.2; }), Quality::ruined,
-                Cause::pose},
-      Situation{"edges", made([](Measure& m) { m.stretch = 0.135; }), Quality::doubtful},
-      Situation{"very long edges", made([](Measure& m) { m.stretch = 0.35; }), Quality::ruined,
-                Cause::pose},
-      Situation{"another size", made([](Measure& m) {
-                  m.stretch = 0.35;
-                  m.growth = 2;
-                }),
-                Quality::ruined, Cause::size},
+      Situation{"nothing", {}, good},
+      Situation{"other things", made({.others = 0.6}), good},
+      Situation{"some of each, and little",
+                made({.hole = 0.01, .stretch = 0.03, .contradicted = 0.02}), good},
+      Situation{"some of each", made({.hole = 0.01, .stretch = 0.06, .contradicted = 0.02}),
+                doubtful},
+      Situation{"little is missing", made({.explained = 0.91}), good},
+      Situation{"a part is missing", made({.explained = 0.85}), doubtful},
+      Situation{"hardly anything is there", made({.explained = 0.2}), ruined, Cause::pose},
+      Situation{"nothing is seen, and few points are elsewhere", made({.others = 0.4, .seen = 0}),
+                doubtful, Cause::unseen},
+      Situation{"nothing is seen, and most points are elsewhere", made({.others = 0.9, .seen = 0}),
+                doubtful, Cause::pose},
+      Situation{"a hole", made({.hole = 0.06}), doubtful},
+      Situation{"a large hole", made({.hole = 0.45}), doubtful, Cause::part},
+      Situation{"half of it on the other half", made({.overlap = 0.5}), doubtful, Cause::part},
+      Situation{"seen through", made({.contradicted = 0.2}), ruined, Cause::pose},
+      Situation{"edges", made({.stretch = 0.135}), doubtful},
+      Situation{"very long edges", made({.stretch = 0.35}), ruined, Cause::pose},
+      Situation{"another size", made({.stretch = 0.35, .growth = 2}), ruined, Cause::size},
   };
   for (const Situation& one : situations) {
     CAPTURE(one.name);

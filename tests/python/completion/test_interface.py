@@ -33,28 +33,17 @@ def test_importing_loads_numpy_alone() -> None:
     assert loaded.stdout.strip() == "[]"
 
 
-def test_fields_of_records_and_lists_and_broadcast_arrays_are_taken(mesh: Mesh) -> None:
+def test_broadcast_arrays_are_taken_and_fields_of_records_are_written(mesh: Mesh) -> None:
     """Broadcasting gives equal masks with strides of 0, which the core refuses."""
     k = len(mesh.vertices)
-    points, known = turned(mesh.vertices, 0.3), np.arange(k) % 3 == 0
-    records = np.zeros(k, np.dtype([("seen", "?"), ("xyz", "<f8", 3)], align=True))
-    records["xyz"], records["seen"] = points, known
     column = np.broadcast_to(np.arange(float(k))[:, None], (k, 3))
     row = np.broadcast_to(np.array([1.0, 2.0, 3.0]), (k, 3))
-    everyone = np.broadcast_to(np.array(True), (k,))
-    for given, mask in [
-        (records["xyz"], records["seen"]),
-        (points.tolist(), known.tolist()),
-        (points, known.astype(np.uint8)),
-        (column, everyone),
-        (row, everyone),
-    ]:
-        one, other, into = (dynmesh.Completer(mesh.faces, mesh.vertices) for _ in range(3))
-        expected = other.push(np.array(given), np.array(mask, bool))
-        np.testing.assert_array_equal(one.push(given, mask), expected)
-        out = records.copy()["xyz"]
-        assert into.push(given, mask, out=out) is out
-        np.testing.assert_array_equal(out, expected)
+    everyone: Any = np.broadcast_to(np.array(True), (k,))
+    for given, mask in ((column, everyone), (row, everyone), (row, everyone.astype(np.uint8))):
+        one, other = (dynmesh.Completer(mesh.faces, mesh.vertices) for _ in range(2))
+        out = np.zeros(k, np.dtype([("seen", "?"), ("xyz", "<f8", 3)], align=True))["xyz"]
+        assert one.push(given, mask, out=out) is out
+        np.testing.assert_array_equal(out, other.push(np.array(given), np.array(mask, bool)))
 
 
 def test_float64_beyond_the_range_of_float32_is_too_large_and_not_missing(mesh: Mesh) -> None:
@@ -75,27 +64,6 @@ def test_out_is_written_and_returned(mesh: Mesh) -> None:
     assert completer.push(mesh.vertices, out=out) is completer.skip(out=out) is out
     assert completer.push_sparse([3], mesh.vertices[3:4], out=out) is out  # type: ignore[arg-type]
     np.testing.assert_array_equal(out, mesh.vertices)
-
-
-def test_frames_are_completed_when_they_are_gone_through(
-    mesh: Mesh, rng: np.random.Generator
-) -> None:
-    given = 0
-
-    def frames() -> Any:
-        nonlocal given
-        for i in range(40):
-            given += 1
-            known = rng.random(len(mesh.vertices)) < 0.5 if i else np.ones(49, bool)
-            yield dynmesh.Frame(turned(mesh.vertices, 0.01 * i), known)
-
-    header = dynmesh.Header(mesh.faces, 40, 49, mesh.vertices.dtype, attributes=["known"])
-    completed = dynmesh.complete(dynmesh.frames.Run(header, frames), start=0)
-    assert given == 0
-    stream = iter(completed)
-    np.testing.assert_array_equal(next(stream).points, mesh.vertices)
-    next(stream)
-    assert given <= 4  # of frames that are gone through twice, once for the first
 
 
 MESH: Mesh = sheet(7)

@@ -1,6 +1,5 @@
 """Frames that are put together from all frames of a sequence."""
 
-from contextlib import nullcontext
 from typing import Any
 
 import numpy as np
@@ -10,7 +9,6 @@ from meshes import join, sheet, turned
 from scans_of_meshes import bent
 
 import dynmesh
-from dynmesh import whole_frames
 from dynmesh.whole_frames import WholeFrame, whole_frame
 from dynmesh.whole_frames.trips import known_parts
 from dynmesh.whole_frames.window import Mesh, Window
@@ -158,20 +156,6 @@ def test_where_the_others_do_not_help_the_frame_is_filled_smoothly() -> None:
     assert whole.doubtful
     np.testing.assert_allclose(whole.positions, expected, atol=1e-8)
     assert (whole.standard_error[20:40] > 0.3).all()
-
-
-def test_progress_counts_and_its_errors_stop_the_work(monkeypatch: pytest.MonkeyPatch) -> None:
-    steps: list[tuple[int, int]] = []
-
-    def watch(done: int, of: int) -> None:
-        steps.append((done, of))
-        if done == 50:
-            raise KeyboardInterrupt
-
-    monkeypatch.setattr(whole_frames, "steps", lambda *_: nullcontext(watch))
-    with pytest.raises(KeyboardInterrupt):
-        whole_frame(RECORDING.faces, RECORDING.frames, RECORDING.known, progress=True)
-    assert steps == [(done, 162) for done in range(51)]
 
 
 class Watched(dynmesh.Sequence):

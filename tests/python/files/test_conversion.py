@@ -36,13 +36,11 @@ def test_a_turn_takes_one_axis_to_the_other(one: Any, other: Any) -> None:
 
 
 def test_units_and_scale() -> None:
-    made = dynmesh.read(dynmesh.complete(HOLED, uncertainty=True))
-    inches = dynmesh.read(dynmesh.convert(made, to_unit="inch", scale=2))
+    made: Any = dynmesh.read(dynmesh.complete(HOLED, uncertainty=True))
+    inches: Any = dynmesh.read(dynmesh.convert(made, to_unit="inch", scale=2))
     assert inches.metres_per_unit == 0.0254
     factor = 2 * 0.01 / 0.0254
     np.testing.assert_allclose(inches.vertices, factor * made.vertices, rtol=1e-6)
-    assert inches.standard_error is not None
-    assert made.standard_error is not None
     np.testing.assert_allclose(inches.standard_error, factor * made.standard_error, rtol=1e-6)
     np.testing.assert_array_equal(inches.age, made.age)
     with pytest.raises(ValueError, match=r"scale: .*float32"):
@@ -72,10 +70,9 @@ def test_point_clouds_are_scaled_and_turned(tmp_path: Path, is_folder: bool) -> 
     report = to_file.convert(given, output, **changes)
     assert report.frames == 1 + is_folder
     assert any("cameras.json" in remark for remark in report.remarks) == is_folder
-    found = read_points(output / "a_7.ply" if is_folder else output)
+    found: Any = read_points(output / "a_7.ply" if is_folder else output)
     turned = points[:, [0, 2, 1]] * [1, 1, -1] / 1000
     np.testing.assert_allclose(found.scan.points, turned, atol=1e-12)
-    assert found.scan.normals is not None
     np.testing.assert_allclose(found.scan.normals, np.tile([0.0, 1, 0], (20, 1)), atol=1e-12)
     assert (found.metadata.up_axis, found.metadata.metres_per_unit) == ("y", 1)
     if is_folder:

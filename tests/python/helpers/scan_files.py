@@ -19,9 +19,15 @@ from dynmesh.scans import (
     Rig,
     ScanCamera,
     ScanReader,
+    open_scans,
     scan_folder,
 )
 from dynmesh.topology import mean_edge_of
+
+
+def opened(path: Path, **options: Any) -> Any:
+    """The scans of a path, whose kind a test knows."""
+    return open_scans(path, **options)
 
 
 def moving_body(n: int, shift: float = 0.01, scale: Any = 1) -> Sequence:

@@ -11,14 +11,13 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from meshes import sheet
 from plain_files import ply
-from scan_files import a_rig, some_points
+from scan_files import a_rig, opened, some_points
 from sequences import assert_refused
 
 import dynmesh
 from dynmesh._errors import DynmeshError
 from dynmesh.scans import (
     PointScan,
-    open_scans,
     read_points,
     scan_folder,
 )
@@ -56,12 +55,11 @@ def test_folders_of_points_come_back(tmp_path: Path, dtype: Any) -> None:
     with scan_folder(tmp_path / "scans", rig) as append:
         for scan in scans:
             append(scan)
-    reader = open_scans(tmp_path / "scans")
+    reader = opened(tmp_path / "scans")
     assert (reader.n_frames, reader.metres_per_unit) == (3, 0.001)
     for pattern in ("frame_%05d.ply", "frame_#####.ply"):
-        assert open_scans(tmp_path / "scans" / pattern).n_frames == 3
+        assert opened(tmp_path / "scans" / pattern).n_frames == 3
     for scan, found in zip(scans, reader, strict=True):
-        assert isinstance(found, PointScan)
         assert found.points.dtype == dtype
         np.testing.assert_array_equal(found.points, scan.points)
         np.testing.assert_allclose(np.asarray(found.viewpoints), rig.viewpoints(0), rtol=1e-6)

@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 from meshes import Array
 from PIL import Image
-from scan_files import a_rig, moving_body, saved, three_frames
+from scan_files import a_rig, moving_body, opened, saved, three_frames
 from scipy.spatial.transform import Rotation, Slerp
 from sequences import assert_refused
 
 import dynmesh
 from dynmesh.formats.times import mean_rate
-from dynmesh.scans import DepthScan, Rig, ScanReader, open_scans, write_cameras
+from dynmesh.scans import DepthScan, Rig, ScanReader, write_cameras
 
 OpenEXR: Any = import_module("OpenEXR")  # which has no types
 
@@ -80,8 +80,7 @@ def test_depth_is_read_from_images_of_several_kinds(
     camera = replace(a_rig(1).cameras[0], depth_scale=scale)
     write_cameras(tmp_path / "cameras.json", Rig((camera,), unit))
     write(tmp_path / f"depth_00000_c0{suffix}", values)
-    (scan,) = open_scans(tmp_path)
-    assert isinstance(scan, DepthScan)
+    (scan,) = opened(tmp_path)
     np.testing.assert_allclose(scan.depth[0], DEPTH * per_metre, atol=5.1e-4 * per_metre)
     assert not scan.depth[0][0, :3].any()
 
@@ -92,7 +91,7 @@ def test_counts_without_a_scale_are_refused(tmp_path: Path) -> None:
     file = tmp_path / "depth_00000_c0.png"
     file.write_bytes(saved(Image.fromarray(COUNTS)))
     told = "holds counts, but camera 'c0' states no depth_scale"
-    assert_refused(file, told, lambda _: open_scans(tmp_path, cameras=tmp_path / "c.json"))
+    assert_refused(file, told, lambda _: opened(tmp_path, cameras=tmp_path / "c.json"))
 
 
 @pytest.mark.parametrize("suffix", [".tiff", ".exr", ".npy"])
@@ -104,7 +103,7 @@ def test_a_damaged_image_of_another_kind_is_lost(suffix: str, tmp_path: Path) ->
         write(tmp_path / f"{number}{suffix}", RNG.uniform(1, 2, (6, 8)).astype(np.float32))
     file = tmp_path / f"1{suffix}"
     file.write_bytes(file.read_bytes()[:-20])
-    reader = open_scans(tmp_path)
+    reader = opened(tmp_path)
     first, second = reader
     assert first is not None
     assert second is None
@@ -191,23 +190,13 @@ RECORDERS = [kitti, tum, euroc, colmap, seven_scenes, scannet]
 
 
 @pytest.mark.parametrize("record", RECORDERS)
+@pytest.mark.parametrize("lead", [None, "world-to-camera"])
 def test_poses_are_read_as_recorders_write_them(
-    record: Callable[[Path, Array], None], tmp_path: Path
+    record: Callable[[Path, Array], None], lead: str | None, tmp_path: Path
 ) -> None:
-    record(tmp_path, POSES)
-    scans = open_scans(tmp_path / "depth", cameras=stated(tmp_path))
-    assert scans.n_frames == 5
-    np.testing.assert_allclose(poses_of(scans), POSES, atol=1e-9)
-
-
-@pytest.mark.parametrize("record", [kitti, tum, seven_scenes, scannet, colmap])
-def test_poses_may_lead_from_the_world(
-    record: Callable[[Path, Array], None], tmp_path: Path
-) -> None:
-    """Which is said of any; those of COLMAP do already."""
-    record(tmp_path, POSES if record is colmap else np.linalg.inv(POSES))
-    file = stated(tmp_path)
-    scans = open_scans(tmp_path / "depth", cameras=file, poses="world-to-camera")
+    """They may be said to lead from the world; those of COLMAP do already."""
+    record(tmp_path, POSES if lead is None or record is colmap else np.linalg.inv(POSES))
+    scans = opened(tmp_path / "depth", cameras=stated(tmp_path), poses=lead)
     np.testing.assert_allclose(poses_of(scans), POSES, atol=1e-9)
 
 
@@ -224,8 +213,8 @@ def test_a_lost_pose_leaves_out_its_camera(
     file = stated(tmp_path)
     told = "has no finite pose of camera 'kinect' for frame .*`gaps` lost"
     with pytest.raises(ValueError, match=told):
-        open_scans(tmp_path / "depth", cameras=file)
-    reader = open_scans(tmp_path / "depth", cameras=file, gaps="lost")
+        opened(tmp_path / "depth", cameras=file)
+    reader = opened(tmp_path / "depth", cameras=file, gaps="lost")
     assert [scan is None for scan in reader] == [n == 2 for n in range(5)]
     assert "no pose of camera 'kinect'" in reader.lost[0]
 
@@ -235,16 +224,15 @@ def test_between_two_poses_a_camera_moves_evenly(tmp_path: Path) -> None:
     rows = zip(times, POSES[:, :3, 3], quaternions(POSES), strict=True)
     lines(tmp_path / "poses.txt", [(t, *p, *q) for t, p, q in rows])
     images(tmp_path / "depth", lambda n: f"{0.02 + 0.09 * n:.3f}")
-    reader = open_scans(tmp_path / "depth", cameras=stated(tmp_path))
+    reader = opened(tmp_path / "depth", cameras=stated(tmp_path))
     at = 0.02 + 0.09 * np.arange(5)
     turns = Slerp(times, TURNS)(at).as_matrix()
     places = np.array([np.interp(at, times, POSES[:, i, 3]) for i in range(3)]).T
     for scan, turn, place in zip(reader, turns, places, strict=True):
-        assert isinstance(scan, DepthScan)
         np.testing.assert_allclose(scan.poses[0][:3], np.column_stack([turn, place]), atol=1e-9)
     assert not reader.remarks
     images(tmp_path / "faster", lambda n: f"{0.05 + 0.01 * n:.3f}")
-    told = open_scans(tmp_path / "faster", cameras=stated(tmp_path)).remarks
+    told = opened(tmp_path / "faster", cameras=stated(tmp_path)).remarks
     assert "up to 0.05 from a frame, and frames are 0.01 apart" in told[0]
 
 
@@ -252,14 +240,12 @@ def test_between_two_poses_a_camera_moves_evenly(tmp_path: Path) -> None:
 def test_a_negative_focal_length_mirrors_the_image(axis: int, tmp_path: Path) -> None:
     file = tmp_path / "0.png"
     file.write_bytes(saved(Image.fromarray(COUNTS)))
-    (straight,) = open_scans(file, cameras=stated(tmp_path, camera_to_world=np.eye(4).tolist()))
+    (straight,) = opened(file, cameras=stated(tmp_path, camera_to_world=np.eye(4).tolist()))
     matrix = np.array(MATRIX)
     matrix[axis, axis] *= -1
     pose = np.eye(4).tolist()
     fields = {"camera_to_world": pose, "intrinsics": matrix.tolist()}
-    (mirrored,) = open_scans(file, cameras=stated(tmp_path, **fields))
-    assert isinstance(straight, DepthScan)
-    assert isinstance(mirrored, DepthScan)
+    (mirrored,) = opened(file, cameras=stated(tmp_path, **fields))
     expected = straight.cloud * np.where(np.arange(3) == axis, -1, 1)
     found = mirrored.cloud
     np.testing.assert_allclose(sorted(found.tolist()), sorted(expected.tolist()), atol=1e-6)
@@ -267,7 +253,7 @@ def test_a_negative_focal_length_mirrors_the_image(axis: int, tmp_path: Path) ->
 
 def test_images_of_tum_are_read_where_their_list_is(tmp_path: Path) -> None:
     tum(tmp_path, POSES)
-    reader = open_scans(tmp_path, cameras=stated(tmp_path))
+    reader = opened(tmp_path, cameras=stated(tmp_path))
     assert reader.n_frames == 5
     assert reader.numbers == pytest.approx([1305031102 + n / 30 for n in range(5)], abs=1e-6)
 
@@ -288,39 +274,33 @@ def masked(folder: Path, suffix: str = ".png", size: tuple[int, int] = (8, 6)) -
 
 
 @pytest.mark.parametrize("suffix", [".png", ".tif", ".bmp", ".npy"])
-def test_only_the_subject_is_measured(suffix: str, tmp_path: Path) -> None:
-    scans = three_frames(tmp_path / "s")
-    for scan in open_scans(scans, subject=masked(tmp_path, suffix)):
-        assert isinstance(scan, DepthScan)
+@pytest.mark.parametrize("name", ["depth_000", "mask-"])
+def test_only_the_subject_is_measured(suffix: str, name: str, tmp_path: Path) -> None:
+    """By masks of the same names, or of others with the same numbers."""
+    masks = masked(tmp_path, suffix)
+    for file in [*masks.iterdir()]:
+        file.rename(masks / file.name.replace("depth_000", name))
+    for scan in opened(three_frames(tmp_path / "s"), subject=masks):
         for depth in scan.depth:
             assert depth[:, :4].all()
             assert not depth[:, 4:].any()
-
-
-def test_masks_may_have_other_names_with_the_same_numbers(tmp_path: Path) -> None:
-    scans, masks = three_frames(tmp_path / "s"), masked(tmp_path)
-    for file in masks.iterdir():
-        file.rename(masks / file.name.replace("depth_000", "mask-"))
-    scan, *_ = open_scans(scans, subject=masks)
-    assert isinstance(scan, DepthScan)
-    assert not scan.depth[1][:, 4:].any()
 
 
 def test_masks_are_refused_by_name(tmp_path: Path) -> None:
     scans = three_frames(tmp_path / "s")
     masks = masked(tmp_path, size=(9, 6))
     with pytest.raises(ValueError, match=r"_c0.png: has 9 x 6 pixels, but the depth image 8 x 6"):
-        list(open_scans(scans, subject=masks))
+        list(opened(scans, subject=masks))
     (masks / "depth_00001_c1.png").unlink()
     told = "there is no mask in .*masks for depth_00001_c1.png; with `gaps` lost"
     with pytest.raises(ValueError, match=told):
-        open_scans(scans, subject=masks)
+        opened(scans, subject=masks)
     with pytest.raises(ValueError, match=r"subject: .*must be a folder of masks"):
-        open_scans(scans, subject=tmp_path / "nowhere")
+        opened(scans, subject=tmp_path / "nowhere")
     (tmp_path / "p").mkdir()
     (tmp_path / "p" / "0.xyz").write_text("1 2 3")
     with pytest.raises(ValueError, match="subject: chooses pixels of depth images"):
-        open_scans(tmp_path / "p", subject=masks)
+        opened(tmp_path / "p", subject=masks)
 
 
 @pytest.mark.parametrize("name", ["confidence/{}", "depth/conf_{}"])
@@ -330,7 +310,7 @@ def test_pixels_of_little_confidence_are_not_measured(name: str, tmp_path: Path)
     depth = tmp_path / "depth" / "depth_*.png"
     told = "no image of confidences beside it for depth_0.png"
     with pytest.raises(ValueError, match=told):
-        open_scans(depth, cameras=file, least_confidence=2)
+        opened(depth, cameras=file, least_confidence=2)
     for number in range(5):
         place = name.format(number if "conf_" in name else f"depth_{number}")
         other = tmp_path / f"{place}.png"
@@ -339,8 +319,7 @@ def test_pixels_of_little_confidence_are_not_measured(name: str, tmp_path: Path)
         values[:, :2], values[:, 2:4] = 2, 1
         Image.fromarray(values).save(other)
     for least, columns in ((1, 4), (2, 2)):
-        scan, *_ = open_scans(depth, cameras=file, least_confidence=least)
-        assert isinstance(scan, DepthScan)
+        scan, *_ = opened(depth, cameras=file, least_confidence=least)
         assert scan.depth[0].any(axis=0).sum() == columns
 
 

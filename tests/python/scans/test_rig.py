@@ -16,15 +16,13 @@ from browser import Page
 from commands import dynmesh_command as run
 from commands import run_here
 from meshes import turned
-from scan_files import moving_body, scanned_body, scanned_in_a_room
+from scan_files import moving_body, opened, scanned_body, scanned_in_a_room
 
 import dynmesh
 from dynmesh import losses
 from dynmesh.scans import (
-    DepthScan,
     Rig,
     ScanCamera,
-    open_scans,
     read_cameras,
     scan_folder,
     write_cameras,
@@ -240,8 +238,7 @@ def test_right_cameras_are_not_blamed_for_what_sensors_measure_at_edges(tmp_path
     """Points behind the rim of a subject 2 m wide, stray ones, noise of 1 cm, and holes."""
     scanned_body(tmp_path, 1, "--depth=64x48", name="clean")
     rig = read_cameras(tmp_path / "clean" / "cameras.json")
-    (scan,) = open_scans(tmp_path / "clean").frames(0, 1)
-    assert isinstance(scan, DepthScan)
+    (scan,) = opened(tmp_path / "clean").frames(0, 1)
     rng = np.random.default_rng(0)
     images = []
     for depth in scan.depth:
@@ -286,10 +283,9 @@ def test_a_camera_that_is_farther_from_the_mesh_makes_the_result_doubtful(tmp_pa
     around[:3, :3] = turned(np.eye(3), np.radians(7))
     moved = with_camera(rig, 0, camera_to_world=around @ rig.cameras[0].camera_to_world)
     write_cameras(tmp_path / "wrong.json", moved)
-    wrong = to_file.track(
+    wrong: Any = to_file.track(
         scans, tmp_path / "wrong.npz", template=template, cameras=tmp_path / "wrong.json"
     )
-    assert wrong.far is not None
     assert wrong.far < 0.01
     assert (wrong.quality, wrong.suspects) == ("doubtful", ("0",))
     assert "'0'" in wrong.reason
@@ -329,8 +325,7 @@ def test_a_box_is_drawn_on_the_page_in_the_unit_of_the_scans(
     units = ("--template-unit", "cm", "--scan-unit", "m")
     run("rig", folder / "depth", "--template", tmp_path / "body.obj", *units, "--page", output)
     shown = Page(chromium, output, "#rig-crop:not(:empty)")
-    (scan, *_) = open_scans(folder / "depth")
-    assert scan is not None
+    (scan, *_) = opened(folder / "depth")
     box: Any = crop_of(shown.page.inner_text("#rig-crop").split()[1])
     low, high = np.reshape(np.array(box), (2, 3))
     np.testing.assert_allclose([low, high], np.quantile(scan.cloud, [0, 1], axis=0), atol=0.004)

@@ -9,13 +9,11 @@ import pytest
 import trimesh
 from commands import dynmesh_command as run
 from meshes import potato, turned
-from scan_files import error, moving_body, room_around, scanned_in_a_room
+from scan_files import error, moving_body, opened, room_around, scanned_in_a_room
 
 import dynmesh
 from dynmesh import losses
 from dynmesh.scans import (
-    PointScan,
-    open_scans,
     read_cameras,
     write_cameras,
 )
@@ -54,8 +52,7 @@ def largest_error(folder: Path, scans: str, *options: str, code: int = 0) -> flo
 def test_a_subject_in_a_sparse_cloud_with_a_room_is_tracked_as_well_as_without(
     rooms: Path,
 ) -> None:
-    (first, *_) = open_scans(rooms / "inside")
-    assert isinstance(first, PointScan)
+    (first, *_) = opened(rooms / "inside")
     near = np.linalg.norm(first.points - TRUTH.vertices[0].mean(axis=0), axis=1) < 1.5
     assert near.sum() < 0.05 * len(first.points)
     alone = largest_error(rooms, "alone")
@@ -198,8 +195,7 @@ def test_a_box_keeps_what_is_inside(rooms: Path) -> None:
     small = dynmesh.read(rooms / "small.npz")
     assert error(replace(small, vertices=100 * small.vertices), TRUTH).max() < 2 * alone
     crop = crop_of(box)
-    for scan in open_scans(rooms / "depth"):
-        assert scan is not None
+    for scan in opened(rooms / "depth"):
         left = Background(crop, False).without(scan).cloud
         smaller, larger = np.reshape(np.array(crop), (2, 3))
         inside = ((scan.cloud >= smaller) & (scan.cloud <= larger)).all(axis=1)

@@ -125,8 +125,7 @@ def test_the_error_is_in_millimetres_or_per_cent_of_the_diagonal(
     heatmap = Heatmap(sequence, reference=reference)
     assert heatmap.colour == "error"
     frames = list(heatmap.frames(range(0, 5, 2)))
-    scale = heatmap.scale("error", frames)
-    assert scale is not None
+    scale: Any = heatmap.scale("error", frames)
     words = "mm" if unit else "% of the bounding-box diagonal"
     assert scale.title == f"error in {words}"
     assert [frame.number for frame in frames] == [0, 2, 4]
@@ -148,8 +147,7 @@ def test_known_is_generation_0_or_what_the_input_says(sequence: Sequence) -> Non
     heatmap = Heatmap(done, input=masked)
     assert heatmap.colour == "known"
     (frame,) = heatmap.frames(range(4, 5))
-    scale = heatmap.scale("known", [frame])
-    assert scale is not None
+    scale: Any = heatmap.scale("known", [frame])
     assert [tick.label for tick in scale.ticks] == ["filled in", "observed"]
     assert np.flatnonzero(frame.values["known"] == 0).tolist() == [3, 8]
     assert np.flatnonzero(~frame.beside["input"].visible).tolist() == [3, 8]
@@ -202,6 +200,5 @@ def test_distances_from_the_nearest_point_of_scans(tmp_path: Path) -> None:
     assert np.isinf(none).all()
     away = np.linalg.norm(mesh.vertices - above[0], axis=1)
     np.testing.assert_allclose(one, away / h, rtol=1e-5)
-    scale = heatmap.scale("distance", [])
-    assert scale is not None
+    scale: Any = heatmap.scale("distance", [])
     np.testing.assert_array_equal(scale.position(none), 1)

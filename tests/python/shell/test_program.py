@@ -123,30 +123,6 @@ def test_a_stream_does_not_grow_its_own_input(programs: Path, job: Job, tmp_path
     assert raw.read_bytes() == job.raw.read_bytes()
 
 
-@pytest.mark.parametrize(
-    "output",
-    ["frames/%03d.ply", "linked/%04d.ply", "earlier/%d.ply", "c/%d.ply"],
-)
-@pytest.mark.parametrize("suffix", [".obj", ".ply"])
-def test_numbered_files_never_come_among_others(
-    complete: Any, job: Job, tmp_path: Path, output: str, suffix: str
-) -> None:
-    """The input under any name, an earlier run, or one hidden file."""
-    for folder in ("frames", "earlier", "c"):
-        (tmp_path / folder).mkdir()
-    for number, vertices in enumerate(job.partial[:3], 1):
-        frame = dynmesh.Sequence(vertices[None], job.sequence.faces)
-        dynmesh.write(tmp_path / "frames" / f"{number:03d}{suffix}", frame)
-    (tmp_path / "linked").symlink_to("frames")
-    for number in range(1, 9):
-        (tmp_path / "earlier" / f"{number}.ply").write_text("of an earlier run")
-    (tmp_path / "c" / ".hidden").touch()
-    before = left_in(tmp_path)
-    said = complete(tmp_path / f"frames/%03d{suffix}", f"{tmp_path}/{output}", code=1)[1]
-    assert f"{output}: its folder is not empty" in said
-    assert left_in(tmp_path) == before
-
-
 def test_without_a_frame_nothing_is_written(complete: Any, tmp_path: Path) -> None:
     for output in (tmp_path / "b.raw", tmp_path / "deep" / "er" / "%d.ply"):
         assert "contains no frame" in complete("-", output, code=1)[1]

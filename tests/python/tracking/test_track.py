@@ -15,7 +15,7 @@ from commands import dynmesh_command as run
 from conftest import REPOSITORY
 from meshes import Array, turned
 from numpy.typing import NDArray
-from scan_files import error, moving_body
+from scan_files import error, moving_body, opened
 
 import dynmesh
 from dynmesh.draw.page import page
@@ -25,7 +25,6 @@ from dynmesh.scans import (
     PointScan,
     Rig,
     ScanReader,
-    open_scans,
     read_cameras,
     write_ply,
 )
@@ -50,9 +49,8 @@ def test_the_command_tracks_what_was_scanned(scans: str, folder: Path, tmp_path:
     output = tmp_path / "tracked.npz"
     told = run("track", folder / scans, output, "--template", folder / "body.obj", "--provenance")
     assert f"{N_FRAMES} frames tracked" in told.stderr
-    tracked = dynmesh.read(output)
+    tracked: Any = dynmesh.read(output)
     assert error(tracked, TRUTH).max() < 0.5
-    assert tracked.generation is not None
     assert 0.5 < (tracked.generation == 0).mean() <= 1
     np.testing.assert_array_equal(tracked.faces, TRUTH.faces)
     assert tracked.up_axis == "z"
@@ -68,8 +66,7 @@ def test_a_training_and_standard_errors_of_a_file(folder: Path, tmp_path: Path) 
     first = TRUTH.faces, dynmesh.read(folder / "body.obj").vertices[0]
     tracker = dynmesh.Tracker(*first, training=TRUTH.vertices, uncertainty=True)
     assert tracked.standard_error_of == "surface"
-    for n, scan in enumerate(open_scans(folder / "points")):
-        assert isinstance(scan, PointScan)
+    for n, scan in enumerate(opened(folder / "points")):
         expected = tracker.push(scan.points, scan.normals, viewpoints=scan.viewpoints)
         np.testing.assert_array_equal(tracked.vertices[n], expected)
         np.testing.assert_allclose(tracked.standard_error[n], tracker.standard_error, rtol=1e-6)
@@ -137,8 +134,7 @@ def test_lost_and_empty_scans_are_carried_on(folder: Path, tmp_path: Path) -> No
     """One is missing, one has two points, and one has none."""
     scans = tmp_path / "some"
     scans.mkdir()
-    for number, scan in enumerate(open_scans(folder / "points"), 10):
-        assert isinstance(scan, PointScan)
+    for number, scan in enumerate(opened(folder / "points"), 10):
         if number in (13, 14):
             left = {13: 2, 14: 0}[number]
             scan = PointScan(scan.points[:left], scan.points[:left] * 0, None)
@@ -164,13 +160,12 @@ def test_lost_and_empty_scans_are_carried_on(folder: Path, tmp_path: Path) -> No
 def test_landmarks_count_where_the_template_lies_in_the_scan(folder: Path, tmp_path: Path) -> None:
     marks = [{"vertex": v, "position": TRUTH.vertices[0, v].tolist()} for v in (0, 100, 200)]
     (tmp_path / "marks.json").write_text(json.dumps(marks))
-    report = to_file.track(
+    report: Any = to_file.track(
         folder / "points",
         tmp_path / "out.npz",
         template=folder / "body.obj",
         landmarks=tmp_path / "marks.json",
     )
-    assert report.registration is not None
     assert report.quality == "good"
 
 
@@ -192,8 +187,7 @@ def test_a_scan_of_a_part_is_doubtful_where_the_template_is_put_into_it(
     folder: Path, tmp_path: Path
 ) -> None:
     (tmp_path / "scans").mkdir()
-    for number, scan in enumerate(open_scans(folder / "points")):
-        assert isinstance(scan, PointScan)
+    for number, scan in enumerate(opened(folder / "points")):
         part = scan.only(scan.points[:, 2] > np.median(scan.points[:, 2]))
         write_ply(tmp_path / "scans" / f"frame_{number:05}.ply", part, None)
     dynmesh.write(tmp_path / "moved.npz", replace(TRUTH[:1], vertices=TRUTH.vertices[:1] + 9))
@@ -210,8 +204,7 @@ def in_millimetres(folder: Path) -> Path:
     dynmesh.write(folder / "metres.npz", replace(TRUTH, metres_per_unit=1.0))
     for name, unit in (("stated", 0.001), ("unstated", None)):
         (folder / name).mkdir()
-        for number, scan in enumerate(open_scans(folder / "points")):
-            assert isinstance(scan, PointScan)
+        for number, scan in enumerate(opened(folder / "points")):
             scan = PointScan(scan.points * 1000, scan.normals, None)
             write_ply(folder / name / f"frame_{number:05}.ply", scan, unit)
     return folder
@@ -226,10 +219,10 @@ def test_the_page_shows_the_scans(
 ) -> None:
     folder = in_millimetres
     with dynmesh.open(folder / f"{mesh}.npz") as reader:
-        made = page(reader, scans=open_scans(folder / scans), scan_unit=unit, colour="plain")
+        made = page(reader, scans=opened(folder / scans), scan_unit=unit, colour="plain")
         file = folder / "page.html"
         file.write_text(made.html)
-        fewer = open_scans(folder / "points" / "frame_0000[0-3].ply")
+        fewer = opened(folder / "points" / "frame_0000[0-3].ply")
         with pytest.raises(ValueError, match="has 4 frames, but"):
             page(reader, scans=fewer)
     shown = Page(browser, file)
@@ -253,7 +246,7 @@ class Pipe(NamedTuple):
 @pytest.fixture(scope="module")
 def pipe(folder: Path) -> Pipe:
     rig = read_cameras(folder / "depth" / "cameras.json")
-    reader: ScanReader = open_scans(folder / "depth")
+    reader: ScanReader = opened(folder / "depth")
     scans = [scan for scan in reader if isinstance(scan, DepthScan)]
     assert len(scans) == N_FRAMES
     raw = b"".join(
