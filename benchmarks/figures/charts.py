@@ -35,7 +35,7 @@ def latency(folder: Path) -> None:
         axes.set_xticks([int(n) for n in counts], labels=counts)
         axes.minorticks_off()
         axes.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
-        axes.legend()
+        figure.legend(loc="outside lower center", ncols=3)
         save(figure, folder / "speed" / "latency.webp", is_chart=True)
 
 

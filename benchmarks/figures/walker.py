@@ -60,7 +60,7 @@ def completions(
 ) -> None:
     """Complete what a camera sees of a whole sequence, and draw some of its frames."""
     panels, _ = completed(subject, numbers, methods, path.name)
-    sheet([panels], path, ERRORS)
+    sheet([panels], path, ERRORS, font=20)
 
 
 def completed(

@@ -39,7 +39,7 @@ dynmesh view completed.npz --input seen.npz --reference walker.npz -o walker.htm
 """
 CARD = """<figure markdown>
 [![What a camera sees of {words}, and its completion](gallery/{name}.webp)](gallery/{name}.html)
-<figcaption>{words}: off by {error:.2g} % of its size on average</figcaption>
+<figcaption>{words}: off by {error:.2g}&nbsp;% of its size on average</figcaption>
 </figure>
 """
 WORDS = {
@@ -83,7 +83,7 @@ def picture(seen: Any, completed: Any, truth: Any, diagonal: float) -> bytes:
     """What was seen in a frame beside its completion, without a ground."""
     points, faces = completed.vertices[SHOWN], completed.faces
     view = View.of(points, truth.up_axis or "z", 60)
-    view = View(view.axes, view.box, view.up, (720, 720))
+    view = View(view.axes, view.box, view.up, (1440, 1440))
     whole = faces[seen.known[SHOWN][faces].all(axis=1)]
     off = np.linalg.norm(points - truth.vertices[SHOWN], axis=1) / diagonal
     places = np.clip(1 + np.log(np.maximum(off, 1e-12) / WORST) / np.log(50), 0, 1)
@@ -97,7 +97,11 @@ def picture(seen: Any, completed: Any, truth: Any, diagonal: float) -> bytes:
         ),
         axis=1,
     )
-    alpha = np.where((drawn > 250).all(axis=2), 0, 255).astype(np.uint8)
+    seen_through = (drawn > 250).all(axis=2)
+    for _ in range(2):  # on dark pages, an edge that is blended with white would be a halo
+        shifted = [np.roll(seen_through, way, axis) for way in (-1, 1) for axis in (0, 1)]
+        seen_through = np.any([seen_through, *shifted], axis=0)
+    alpha = np.where(seen_through, 0, 255).astype(np.uint8)
     image = Image.fromarray(np.dstack([drawn, alpha]))
     image.thumbnail((720, 480))
     image.save(file := io.BytesIO(), "webp")

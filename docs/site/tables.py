@@ -40,4 +40,4 @@ def table(path: Path) -> str:
         raise PluginError(f"{path}: its rows have different numbers of cells")
     lines = [f"| {' | '.join(row)} |" for row in (head, *rows)]
     lines.insert(1, f"|{'---|' * len(head)}")
-    return "\n".join(lines)
+    return re.sub(r"(?<=\d) (?=ms\b|%|frames\b)", "&nbsp;", "\n".join(lines))

@@ -154,7 +154,6 @@ PAGES = (
     "docs/guides/training.md",
     "docs/guides/research.md",
     "docs/guides/scene_caches.md",
-    "docs/guides/service.md",
     "docs/guides/shell.md",
     "docs/guides/templates.md",
     "docs/guides/track.md",
