@@ -70,7 +70,6 @@ TABLES: dict[str, tuple[Callable[[argparse.Namespace], list[Table]], tuple[str, 
     "both-sides": (files.both_sides, ()),
     "calibration": (calibration.tables, ()),
     "tracking": (tracking.baselines, ("--cameras",)),
-    "tracking-errors": (tracking.standard_errors, ("--cameras",)),
     "tracking-resolutions": (tracking.resolutions, ("--cameras",)),
     "whole-frame": (files.whole_frame, ()),
 }

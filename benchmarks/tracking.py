@@ -1,6 +1,6 @@
-"""Measures tracking beside other libraries, at several resolutions, and its standard errors.
+"""Measures tracking beside other libraries, and at several resolutions.
 
-    script/reproduce tracking|tracking-resolutions|tracking-errors FOLDER [NAME ...] [--frames N]
+    script/reproduce tracking|tracking-resolutions FOLDER [NAME ...] [--frames N]
 
 The template is frame 0, and every frame after it is registered from the result for the last one.
 The scans are points by cameras around the subject: beside other libraries, which take up to a
@@ -11,8 +11,9 @@ frame 0.
 
 import argparse
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import partial
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -20,13 +21,12 @@ import trimesh.registration
 from scipy.spatial import cKDTree
 
 from dynmesh import Tracker, losses
-from dynmesh._arrays import Floats, Positions
+from dynmesh._arrays import Positions
 from dynmesh.scans import PointScan
-from dynmesh.topology import vertex_normals
 from dynmesh.tracker import Resolution
 from dynmesh.tracking.placing import push_scan
 
-from .harness import ABSENT, Line, Table, number, progress, sequences
+from .harness import Line, Table, number, progress, sequences
 from .runner import followed
 from .subjects import Subject
 
@@ -36,7 +36,6 @@ Register = Callable[[Positions, PointScan], Positions]
 """Takes the mesh of the last frame and a scan, and returns the mesh as it lies in the scan."""
 
 RESOLUTIONS: tuple[Resolution, ...] = ("best", 2500, 1250)
-NORMAL_50, NORMAL_90 = 0.674, 1.645
 
 
 def methods(subject: Subject) -> dict[str, Register]:
@@ -78,18 +77,6 @@ def baselines(arguments: argparse.Namespace) -> list[Table]:
     return [Table("tracking-baselines", lines)]
 
 
-def _scanned(
-    arguments: argparse.Namespace, frames: int
-) -> Iterator[tuple[Subject, int, list[PointScan]]]:
-    """Yield each subject with each number of cameras, and scans of the frames after frame 0."""
-    for subject in sequences(arguments, frames):
-        for n in arguments.cameras:
-            around = losses.orbit(subject.box, n, distance=6.0, up=subject.up_vector)(0)
-            later = subject.vertices[1:]
-            scans = losses.scan_points(later, subject.faces, around, points=15_000, noise=0.05)
-            yield subject, n, list(scans)
-
-
 def resolutions(arguments: argparse.Namespace) -> list[Table]:
     """The error and the time of tracking at several resolutions, on one thread.
 
@@ -97,7 +84,10 @@ def resolutions(arguments: argparse.Namespace) -> list[Table]:
     """
     head = [cell for resolution in RESOLUTIONS for cell in (str(resolution), "queries")]
     lines: list[Line] = [("sequence", "cameras", *head)]
-    for subject, n, scans in _scanned(arguments, 21):
+    for subject, n in product(sequences(arguments, 21), arguments.cameras):
+        around = losses.orbit(subject.box, n, distance=6.0, up=subject.up_vector)(0)
+        later = subject.vertices[1:]
+        scans = [*losses.scan_points(later, subject.faces, around, points=15_000, noise=0.05)]
         cells: list[str] = []
         for resolution in RESOLUTIONS:
             tracker = Tracker(subject.faces, subject.vertices[0], resolution=resolution)
@@ -117,35 +107,3 @@ def _seconds_of_query() -> float:
         tree.query(points[:10_000] + 0.005)
         times.append(time.perf_counter() - begun)
     return float(np.median(times))
-
-
-def standard_errors(arguments: argparse.Namespace) -> list[Table]:
-    """How well the standard errors of tracked vertices describe their errors.
-
-    The cells are the shares of the vertices, seen and unseen, whose distance from the true vertex,
-    along the true normal, is within the intervals of 50 % and 90 %, and more than three standard
-    errors.
-    """
-    head = ("sequence", "cameras", "seen: 50 %", "90 %", "beyond 3", "unseen: 50 %", "90 %",
-            "beyond 3")  # fmt: skip
-    lines: list[Line] = [head]
-    for subject, n, scans in _scanned(arguments, 41):
-        tracker = Tracker(subject.faces, subject.vertices[0], uncertainty=True)
-        seen: list[Floats] = []
-        unseen: list[Floats] = []
-        for truth, scan in zip(subject.vertices[1:], scans, strict=True):
-            off = push_scan(tracker, scan).astype(np.float64) - truth
-            along = np.abs((off * vertex_normals(subject.faces, truth)).sum(axis=1))
-            errors = along / tracker.standard_error
-            seen.append(errors[tracker.observed])
-            unseen.append(errors[~tracker.observed & np.isfinite(tracker.standard_error)])
-        lines.append((subject.name, str(n), *_shares(seen), *_shares(unseen)))
-    return [Table("tracking-errors", lines)]
-
-
-def _shares(errors: list[Floats]) -> Line:
-    off = np.concatenate(errors)
-    if len(off) == 0:
-        return (ABSENT,) * 3
-    within = [f"{np.mean(off <= limit):.2f}" for limit in (NORMAL_50, NORMAL_90)]
-    return (*within, f"{np.mean(off > 3):.1%}")

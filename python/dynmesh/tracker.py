@@ -284,10 +284,9 @@ class Tracker(Stream):
 
         The standard error of the distance of each vertex of the last frame from the surface, along
         its normal, in the unit of the positions: about 90 % of the vertices are within 1.645 of it,
-        fewer of cloth that is not seen; docs/reference/tracking.md has figures.
-        The distance along the surface, which may be several times as large, is not included. It is
-        infinite where no measured point is connected, and 0 before the first frame. Without
-        uncertainty, ValueError is raised.
+        fewer of cloth that is not seen. The distance along the surface, which may be several times
+        as large, is not included. It is infinite where no measured point is connected, and 0 before
+        the first frame. Without uncertainty, ValueError is raised.
         """
         return np.asarray(self._core.standard_error())
 

@@ -149,13 +149,8 @@ def measured(
     return each, unit, calibrating.result()
 
 
-def suspicions(completed: Frames, reference: Frames) -> Iterator[str]:
-    """Yields what is probably wrong with the choice of the sequences."""
-    if reference.header.has_provenance and not completed.header.has_provenance:
-        yield (
-            "the reference holds generations, and the completed sequence holds none: were they "
-            "exchanged? The completed one comes first"
-        )
+def other_numbers(completed: Frames, reference: Frames) -> Iterator[str]:
+    """Yields how the numbers of the frames differ."""
     ours, truth = completed.header, reference.header
     for frame in range(ours.n_frames):
         if ours.number(frame) != truth.number(frame):
@@ -307,7 +302,7 @@ def evaluate(
                 argument="input",
             )
         each, unit, calibration = measured(ours, truth, observed, only, frames, progress)
-        remarks = (*suspicions(ours, truth), *remarks_of(ours, truth, observed))
+        remarks = (*other_numbers(ours, truth), *remarks_of(ours, truth, observed))
     counted = [errors for errors in each if errors.vertices]
     mean, rms, p99 = np.mean(
         [(errors.mean, errors.rms, errors.p99) for errors in counted], axis=0

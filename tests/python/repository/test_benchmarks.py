@@ -67,7 +67,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ("whole-frame", "sheet:6", [5]),
         ("both-sides", "sheet:6", [7]),
         ("tracking", "sheet:4 --cameras 1 --frames 2", [5]),
-        ("tracking-errors", "sheet:4 --cameras 1", [2]),
+        ("tracking-resolutions", "sheet:4 --cameras 1", [2]),
     ],
 )
 def test_a_table_is_whole(
