@@ -10,7 +10,7 @@ import os
 import re
 import statistics
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from decimal import Decimal
 from itertools import pairwise
 from pathlib import Path
@@ -125,12 +125,10 @@ class FrameNames:
         folder: the folder of the files.
         pattern: a name with ``%d`` or ``%04d`` for the number of the frame, or ``%.2f`` or
             ``%07.2f`` for one with so many decimals; or a plain name for a sequence of one frame.
-        kept: names that replace those of the pattern where the files belong, in this order.
     """
 
     folder: Path
     pattern: str
-    kept: tuple[str, ...] = ()
 
     @property
     def numbered(self) -> bool:
@@ -158,9 +156,6 @@ class FrameNames:
         if not self.numbered:
             file = self.folder / self.pattern
             return {0: file} if file.exists() else {}
-        if self.kept:
-            files = enumerate(self.folder / name for name in self.kept)
-            return {number: file for number, file in files if file.exists()}
         # The folder may not exist.
         numbers = [(self.number(file.name), file) for file in self.folder.glob("*")]
         return by_number([(number, file) for number, file in numbers if number is not None])
@@ -283,20 +278,17 @@ def with_missing(numbers: Sequence[Number]) -> list[Number]:
     return result
 
 
-def names_to_write(path: Path, suffix: str, kept: Sequence[str] = ()) -> FrameNames:
+def names_to_write(path: Path, suffix: str) -> FrameNames:
     """Returns the file names of a sequence that is to be written to a file, pattern or folder."""
     names = FrameNames.of(path)
     is_folder = path.is_dir() or not (names.numbered or path.suffix or path.exists())
     if is_folder:
         names = FrameNames(path, f"frame_%04d{suffix}")
-    elif {"*", "?"} & {*path.name}:  # brackets are ordinary in names of files
-        raise InputError(f"a glob can only be read; write to frame_%04d{suffix}")
-    if is_folder or kept:
-        names = replace(names, kept=tuple(kept))
         own = set(names.existing().values())
         others = [file for file in files_in(names.folder, suffix) if file not in own]
         if others:
-            wanted = f"among those from {kept[0]} to {kept[-1]}" if kept else f"a {names.pattern}"
-            message = f"contains {others[0].name}, which is not {wanted}"
+            message = f"contains {others[0].name}, which is not a {names.pattern}"
             raise InputError(f"{message}; write to a folder without other frames")
+    elif {"*", "?"} & {*path.name}:  # brackets are ordinary in names of files
+        raise InputError(f"a glob can only be read; write to frame_%04d{suffix}")
     return names

@@ -111,32 +111,23 @@ def format_of_output(path: Path, name: str | None) -> Format:
         return chosen
 
 
-def named_like(frames: Frames, folder: Path) -> tuple[Path, list[str]]:
-    """Where frames are written for which a folder is given: there, under the names of the input.
+def named_like(frames: Frames, folder: Path) -> Path:
+    """Where frames are written for which a folder is given: there, by the pattern of the input.
 
-    Returns:
-        The path, or a pattern; and, where no pattern gives it, the name of the file of each frame.
+    If no pattern gives the names of the input, frames are numbered from 0.
     """
     path = frames.path
     if (folder.suffix and not folder.is_dir()) or not frames.files:
-        return folder, []
+        return folder
     written = (one for one in FORMATS.values() if one.write and one.is_per_frame)
-    suffixes = [one.suffixes[0] for one in written]
-    for suffix in suffixes:
+    for suffix in (one.suffixes[0] for one in written):
         if files_in(path, suffix) if path.is_dir() else path.suffix.lower() == suffix:
             break
     else:
-        return folder, []
+        return folder
     with naming(path):
         found = with_gaps(path, suffix)
-    if not found.files:
-        return folder, []
-    by_number = dict(zip(found.numbers, found.names, strict=True))
-    if found.pattern is not None:
-        names = FrameNames(folder, found.pattern)
-        if all(names.name(number) == name for number, name in by_number.items()):
-            return folder / found.pattern, []
-    kept = [by_number.get(frames.header.number(frame), "") for frame in range(frames.n_frames)]
-    return folder / f"frame_%04d{suffix}", kept if all(kept) and len(
-        {*kept}
-    ) == frames.n_frames else []
+    names = FrameNames(folder, found.pattern or "")
+    by_number = zip(found.numbers, found.names, strict=True)
+    is_named = names.numbered and all(names.name(number) == name for number, name in by_number)
+    return folder / (names.pattern if is_named else f"frame_%04d{suffix}")

@@ -4,7 +4,7 @@ Until then, everything is in a hidden folder beside it, in which no other proces
 exception, or if frames are missing, the file does not appear.
 """
 
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Generator, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -43,17 +43,12 @@ class Place:
         made: the path, or the pattern of the files of the frames.
     """
 
-    def __init__(
-        self, path: Path, header: Header, format: Format, overwrite: bool, kept: Sequence[str] = ()
-    ) -> None:
-        """Finds the files; with `overwrite`, they are replaced.
-
-        In a folder, they have the names that are `kept`, one for each frame, if there are any.
-        """
+    def __init__(self, path: Path, header: Header, format: Format, overwrite: bool) -> None:
+        """Finds the files; with `overwrite`, they are replaced."""
         self._path, self._header, self._format = path, header, format
         self._overwrite, self._names, self.made = overwrite, None, path
         if format.is_per_frame:
-            self._names = names_to_write(path, format.suffixes[0], kept)
+            self._names = names_to_write(path, format.suffixes[0])
             self.made = self._names.folder / self._names.pattern
 
     def existing(self) -> list[Path]:
@@ -98,9 +93,6 @@ class Place:
     def fill(self, folder: Path) -> list[str]:
         """Moves the files of a folder where they belong; says which older files it removed."""
         new = sorted(folder.iterdir(), key=self._order)
-        if self._names is not None and self._names.kept:
-            pairs = zip(new, self._names.kept, strict=True)
-            new = [file.rename(folder / name) for file, name in pairs]
         places = {file: self.made.with_name(file.name) for file in new}
         for place in places.values():
             refuse_existing(place, self._overwrite)
@@ -159,7 +151,8 @@ def write(
 
     Args:
         path: the file, in one of the formats; a pattern such as 'out/frame_%04d.ply' for a format
-            with one file for each frame; or a folder, for the names of the files that were read.
+            with one file for each frame; or a folder, for the names of the files that were read, if
+            they are numbered, or else `frame_%04d`.
         frames: those of :func:`dynmesh.open`, of a verb, or a :class:`dynmesh.Sequence`; or
             positions (n, k, 3), or meshes of trimesh or PyVista.
         faces: of positions alone.
@@ -185,11 +178,11 @@ def write(
     check_any(frames)
     if provenance is not None:
         check_flags(provenance=provenance)
-    output, kept = (given, []) if format else named_like(frames, given)
+    output = given if format else named_like(frames, given)
     chosen = format_of_output(output, format)
     header, dropped = _held(chosen, output, frames, provenance)
     with naming(output):
-        place = Place(output, header, chosen, overwrite, kept)
+        place = Place(output, header, chosen, overwrite)
         place.check(frames)
     save = chosen.overlay if _is_layer(chosen, output, frames) else chosen.write
     assert save is not None
