@@ -195,6 +195,16 @@ def test_a_start_of_which_a_part_is_seen_in_no_frame_is_doubtful(
     assert ("seen in no frame" in completed.report.reason) == (quality != "good")
 
 
+@pytest.mark.parametrize("side", [1, 3])
+def test_a_patch_that_no_completed_frame_knows_is_remarked(side: int) -> None:
+    """But no single vertex, which those around it describe."""
+    known = np.ones((15, 144), np.bool_)
+    known.reshape(15, 12, 12)[1:, 4 : 4 + side, 4 : 4 + side] = False
+    remarks = dynmesh.complete(replace(TRUTH, known=known)).report.remarks
+    told = [one.split(",")[0] for one in remarks if "known in no frame" in one]
+    assert told == ["9 vertices"] * (side > 1)
+
+
 def test_a_start_without_extent_is_ruined(tmp_path: Path) -> None:
     """As one of zeros that an inverted mask says are known."""
     zeros = np.where(KNOWN[..., None], 0, PARTIAL.vertices)
