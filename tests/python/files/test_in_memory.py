@@ -82,3 +82,24 @@ def test_errors_by_frame_of_missing_vertices_alone() -> None:
     assert whole.mean == pytest.approx(apart[1:].mean())
     with pytest.raises(ValueError, match="input: is needed"):
         dynmesh.evaluate(bare, TRUTH, only="missing")
+    with pytest.raises(ValueError, match="no vertex was missing in these frames"):
+        dynmesh.evaluate(bare, TRUTH, only="missing", input=TRUTH)
+
+
+def test_a_comparison_that_may_be_meant_otherwise_is_remarked() -> None:
+    for ours, truth, told in (
+        (TRUTH, COMPLETED, "were they exchanged"),
+        (COMPLETED, replace(TRUTH, start=3), "is number 0, and that of reference is 3"),
+        (COMPLETED, replace(TRUTH, times=np.arange(float(N)) ** 2), "frame 2 from the first on"),
+    ):
+        (remark,) = dynmesh.evaluate(ours, truth).remarks
+        assert told in remark
+    assert dynmesh.evaluate(COMPLETED, TRUTH).remarks == ()
+
+
+def test_arrays_hold_nan_where_nothing_is_known() -> None:
+    for given, known in ((PARTIAL, KNOWN), (PARTIAL[3], KNOWN[3])):
+        np.testing.assert_array_equal(np.isfinite(np.asarray(given)).all(axis=-1), known)
+        with pytest.raises(ValueError, match="a copy is needed"):
+            np.array(given, copy=False)
+    assert np.shares_memory(np.array(TRUTH, copy=False), TRUTH.vertices)

@@ -157,6 +157,7 @@ shell = [
     refused("evaluate late_holes.npz body.npz", "late_holes.npz: frame 1", "vertex 4"),
     misused("evaluate body.npz body.npz --only missing", "--input: is needed"),
     refused("evaluate single.npz body.npz", "1 frame", "3"),
+    refused("evaluate big.npz body.npz", "big.npz: is 1000 times as large as", "--scale 0.001"),
     refused("evaluate in_metres.npz in_millimetres.npz", "in_metres.npz: its unit in metres is 1.0, but 0.001"),
     refused("evaluate at_24.npz body.npz", "at_24.npz: its rate in frames per second is 24"),
     refused("evaluate bare.npy body.npz", "bare.npy:", "faces"),
