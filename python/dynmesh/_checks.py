@@ -61,9 +61,16 @@ def check_between(name: str, value: float, low: float, high: float) -> None:
 
 def check_choice(name: str, value: object, choices: Any) -> None:
     """Raises an error unless the value is one of a Literal."""
+    check_text(name, value)
     if value not in get_args(choices):
         expected = listed(map(repr, get_args(choices)), "or")
         raise InputError(f"must be {expected}, not {value!r}", argument=name, value=value)
+
+
+def check_text(name: str, value: object) -> None:
+    """Raises an error unless the value is text."""
+    if not isinstance(value, str):
+        raise KindError(f"must be text, not {value!r}", argument=name, value=value)
 
 
 def check_finite(name: str, value: float) -> None:

@@ -109,8 +109,9 @@ class StartFrame:
 def check_start(start: object, template: object) -> None:
     """Refuses what cannot name a whole frame."""
     is_number = isinstance(start, int | np.integer) and not isinstance(start, bool)
-    if start not in ("auto", "best") and not is_number:
-        kind = InputError if isinstance(start, str) else KindError
+    is_text = isinstance(start, str)
+    if not is_number and not (is_text and start in ("auto", "best")):
+        kind = InputError if is_text else KindError
         message = f"must be 'auto', 'best' or the number of a frame, not {start!r}"
         raise kind(message, argument="start", value=start)
     if template is not None and start != "auto":

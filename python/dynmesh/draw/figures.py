@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._arrays import Mask, Positions
-from .._checks import check_choice, check_complete
+from .._checks import check_choice, check_complete, check_finite
 from .._errors import InputError, require
 from ..header import Axis
 from ..topology import cells, unit
@@ -67,12 +67,13 @@ class View:
         after it.
         """
         check_choice("up", up, Axis)
+        check_finite("azimuth", azimuth)
         points = frames.reshape(-1, 3)
         box = np.stack([points.min(axis=0), points.max(axis=0)])
         axis = "xyz".index(up)
         extent = box[1] - box[0]
         flat = extent[axis] < 0.25 * extent.max()
-        angle = np.radians(azimuth)
+        angle = np.radians(float(azimuth))
         towards = np.roll([0.9 if flat else 0.25, np.cos(angle), np.sin(angle)], axis)
         right = np.cross(np.eye(3)[axis], towards)
         axes = unit(np.stack([right, np.cross(towards, right), towards]))

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._arrays import Mask, Positions
+from .._checks import check_text
 from .._errors import InputError, locating, require
 from ..formats.conversion import check_comparable, check_same_size
 from ..frame import FUSED, Frame, Frames, check_whole, frame_at
@@ -112,6 +113,8 @@ class Heatmap:
         lacks: dict[Colour, str | None] = {n: row.lacks(self) for n, row in QUANTITIES.items()}
         lacks["plain"] = None
         unknown = f"must be one of {', '.join(lacks)}, not {wanted!r}"
+        if wanted is not None:
+            check_text("colour", wanted)
         if wanted is not None and (reason := lacks.get(wanted, unknown)) is not None:
             raise InputError(reason, argument="colour", value=wanted)
         self.colours = tuple(name for name, reason in lacks.items() if reason is None)

@@ -24,7 +24,7 @@ _LARGEST_LEGEND = (400, 800)  # what is white around it is cropped
 
 def evenly_spaced(n_frames: int, count: int) -> list[int]:
     """Returns the indices of at most `count` of `n_frames` frames, with the first and the last."""
-    return sorted({round(x) for x in np.linspace(0, n_frames - 1, count)})
+    return sorted({round(x) for x in np.linspace(0, n_frames - 1, min(count, n_frames))})
 
 
 def centred(points: Positions) -> Positions:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._checks import check_choice, check_finite, path_of
-from .._errors import InputError, naming
+from .._errors import InputError, KindError, naming
 from ..frame import Frames, Stored, check_any
 from ..polygons import Faces, split_faces
 from ..run import Kept, Run
@@ -41,6 +41,7 @@ __all__ = [
     "Source",
     "Written",
     "check_format",
+    "check_source",
     "format_of",
     "meshes_of",
     "naming",
@@ -60,6 +61,13 @@ class Source(TypedDict, total=False):
     missing: float | Literal["zero"] | None
     least_confidence: float | None
     gaps: Gaps
+
+
+def check_source(source: object) -> None:
+    """Raises an error unless these are keywords of :func:`open`."""
+    if not isinstance(source, dict):
+        message = f"must be keywords of dynmesh.open, as {{'prim': '/body'}}, not {source!r}"
+        raise KindError(message, argument="source")
 
 
 _PRIMVARS = "primvars:"

@@ -97,6 +97,7 @@ def timing_of(numbers: Sequence[Number]) -> dict[str, Any]:
 
 def index_of(header: Header, number: float, argument: str) -> int:
     """Returns the index of the frame with this number in its file."""
+    check_number(argument, number)
     result = np.flatnonzero(header.numbers == number)
     if len(result) == 0:
         first, last = header.number(0), header.number(header.n_frames - 1)

@@ -174,8 +174,10 @@ def write(
     given = path_of("path", path)
     if not isinstance(frames := as_sequence(frames, faces) or frames, Frames):
         message = f"must be those of open, of a verb or a Sequence, not {type(frames).__name__}"
+        message += "; its own write() writes it" if hasattr(frames, "write") else ""
         raise KindError(message, argument="frames")
     check_any(frames)
+    check_flags(overwrite=overwrite)
     if provenance is not None:
         check_flags(provenance=provenance)
     output = given if format else named_like(frames, given)

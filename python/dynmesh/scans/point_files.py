@@ -67,7 +67,7 @@ def _read_ply(file: Path) -> PointFile:
     points = coordinates(vertices, ("x", "y", "z"))
     names = ("nx", "ny", "nz")
     normals = coordinates(vertices, names) if vertices.keys() & names else None
-    scan = _checked(points, normals, lambda row: f"point {row}")
+    scan = measured(points, normals, lambda row: f"point {row}")
     return PointFile(scan, metadata_in(comments))
 
 
@@ -100,7 +100,7 @@ def _read_xyz(file: Path) -> PointFile:
         row = int(normals.max(axis=1).argmax())
         message = f"{_told(normals[row])} is a colour, not a normal; leave colours out"
         raise InputError(f"line {lines[row]}: {message}")
-    scan = _checked(table[:, :3], normals, lambda row: f"line {lines[row]}")
+    scan = measured(table[:, :3], normals, lambda row: f"line {lines[row]}")
     return PointFile(scan, metadata_in(comments))
 
 
@@ -111,7 +111,7 @@ point_formats: dict[str, Callable[[Path], PointFile]] = {
 """What reads a file, by its suffix."""
 
 
-def _checked(points: Positions, normals: Positions | None, name: Callable[[int], str]) -> PointScan:
+def measured(points: Positions, normals: Positions | None, name: Callable[[int], str]) -> PointScan:
     """Leaves out what was not measured, and refuses what cannot be used."""
     if normals is not None and len(normals) != len(points):
         raise InputError(f"has {len(points)} points, but {len(normals)} normals")

@@ -11,7 +11,7 @@ from typing import Any, TypedDict
 import numpy as np
 from numpy.typing import NDArray
 
-from .._checks import path_of, selected
+from .._checks import check_choice, path_of, selected
 from .._errors import DynmeshError, InputError, naming
 from ..formats.conversion import agreed
 from ..formats.format import Gaps
@@ -80,7 +80,7 @@ class ScanReader(ABC):
         self._damaged: dict[Path, str] = {}
         self._missing: tuple[str, ...] = ()
         self.remarks: tuple[str, ...] = ()
-        self._chosen = range(self.n_frames)
+        self._chosen: Sequence[int] = range(self.n_frames)
 
     def __iter__(self) -> Iterator[Scan | None]:
         return self.frames()
@@ -95,8 +95,9 @@ class ScanReader(ABC):
     def choose(self, frames: slice | range | None) -> None:
         """Keeps the frames with these numbers; the last one is excluded."""
         if frames is not None:
-            self._chosen = indices_of(np.array(self.numbers, np.float64), frames)
-            self.numbers = [self.numbers[at] for at in self._chosen]
+            chosen = indices_of(np.array(self.numbers, np.float64), frames)
+            self._chosen = [self._chosen[at] for at in chosen]
+            self.numbers = [self.numbers[at] for at in chosen]
             self.n_frames = len(self.numbers)
 
     def number(self, frame: int) -> Number:
@@ -317,6 +318,7 @@ def open_scans(
         frames: the numbers of the frames to read, as a slice; None for all.
     """
     path = path_of("path", path)
+    check_choice("gaps", gaps, Gaps)
     rig = read_rig(path, cameras, poses)
     masks = folder_of_masks(subject, least_confidence)
     with naming(path):
@@ -340,6 +342,8 @@ def read_rig(
     path: Path, cameras: PathLike | Rig | None, poses: Direction | None = None
 ) -> Rig | None:
     """Reads the cameras of scans from their file, or from the one that is usual, if it exists."""
+    if poses is not None:
+        check_choice("poses", poses, Direction)
     if isinstance(cameras, Rig):
         return cameras
     folder = path if path.is_dir() else path.parent

@@ -1,17 +1,15 @@
 """Writing scans into a folder, which appears when it is complete."""
 
-import os
-import tempfile
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from itertools import count
 from pathlib import Path
-from typing import Self, TypeAlias
+from typing import Self
 
-from .._arrays import Positions, plain
+from .._arrays import plain
 from .._checks import path_of
-from .._errors import InputError, KindError
-from .._report import OutputReport
+from .._errors import InputError
+from .._report import OutputReport, counted
 from ..formats import FORMATS, PathLike
 from ..formats.names import Number
 from ..formats.output import new_folder
@@ -42,6 +40,9 @@ class ScanRun:
     def __len__(self) -> int:
         return self.n_frames
 
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({counted(self.n_frames, 'scan')}, made when gone through)"
+
     def __iter__(self) -> Iterator[Scan]:
         if self._has_begun:
             raise InputError("its scans were gone through, which is possible once")
@@ -57,31 +58,6 @@ class ScanRun:
 
     def __exit__(self, *_: object) -> None:
         self.closing()
-
-
-InMemory: TypeAlias = ScanRun | Sequence[PointScan | Positions]
-"""Scans that a verb makes, or points, one item for each frame."""
-
-
-@contextmanager
-def in_files(scans: PathLike | InMemory) -> Iterator[Path]:
-    """Yields the path of scans, of which those in memory are written to a temporary folder."""
-    if isinstance(scans, str | os.PathLike):
-        yield path_of("scans", scans)
-        return
-    if not isinstance(scans, ScanRun | list | tuple):
-        message = f"must be a path, a ScanRun or a list of points, not {type(scans).__name__}"
-        raise KindError(message, argument="scans")
-    with tempfile.TemporaryDirectory(prefix="dynmesh-") as folder:
-        path = Path(folder) / "scans"
-        if isinstance(scans, ScanRun):
-            scans.write(path)
-        else:
-            path.mkdir()
-            for number, scan in enumerate(scans):
-                points = scan if isinstance(scan, PointScan) else PointScan(scan, None, None)
-                write_ply(path / f"frame_{number:05d}.ply", points)
-        yield path
 
 
 _OURS = ("frame_*.ply", f"depth_*{SUFFIXES[0]}", CAMERAS)

@@ -9,7 +9,14 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from .. import formats
-from .._checks import check_between, check_choice, check_integer, check_not_negative
+from .._checks import (
+    check_between,
+    check_choice,
+    check_flags,
+    check_integer,
+    check_not_negative,
+    check_text,
+)
 from .._errors import InputError, numbering
 from .._options import Input, Method
 from .._report import OutputReport, Report, counted, tracked
@@ -84,6 +91,7 @@ def degrade(
         :class:`dynmesh.frames.Run`, whose frames are made when they are gone through. Or a
         :class:`dynmesh.scans.ScanRun` of scans.
     """
+    check_flags(scan=scan)
     shares = {"known": known, "patches": patches, "dropout": dropout, "outliers": outliers}
     losses: dict[str, Any] = {
         name: _share(name, value) for name, value in shares.items() if value is not None
@@ -210,6 +218,7 @@ def _size_of(depth: str | None, scan: bool) -> tuple[int, int] | None:
         return None
     if scan:
         raise InputError("is one of two: points or depth images", argument="scan")
+    check_text("depth", depth)
     size = re.fullmatch("([1-9][0-9]{0,4})x([1-9][0-9]{0,4})", depth)
     if size is None:
         message = f"must be width x height, such as 640x480, not {depth!r}"

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from .. import formats
+from .._checks import check_flags
 from .._errors import InputError
 from .._options import Input, Output
 from .._report import Quality, Report, aligned, as_json, percent
@@ -122,6 +123,8 @@ def info(
         progress: whether to show on standard error how far it is.
     """
     source = source or {}
+    formats.check_source(source)
+    check_flags(strict=strict)
     name, moves, prim = "memory", dict[str, bool](), source.get("prim")
     if not isinstance(prim, str | None):
         prim = next(iter(names)) if len(names := [*prim]) == 1 else names

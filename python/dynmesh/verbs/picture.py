@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .._checks import check_integer
+from .._checks import check_integer, check_text
 from .._errors import InputError, require
 from .._options import Input, Method, Output
 from .._report import tracked
@@ -62,6 +62,8 @@ def picture(
     """
     check_integer("size", size, 16)
     check_integer("count", count, 1)
+    if title is not None:
+        check_text("title", title)
     shown_range = range_of(colour_range)
     with opened_together(sequence, reference, None, source or {}) as (own, truth, _):
         if frames is None:

@@ -22,10 +22,10 @@ from ..formats.times import timing_of
 from ..frame import Frame
 from ..registration import Registration
 from ..run import Run
-from ..scans import ScanReader, ScanSource, open_scans
+from ..scans import ScanReader, ScanSource
+from ..scans.memory import InMemory as ScansInMemory
+from ..scans.memory import opened_scans
 from ..scans.reader import DepthReader
-from ..scans.writer import InMemory as ScansInMemory
-from ..scans.writer import in_files
 from ..topology import mean_edge_of
 from ..tracker import Resolution, Tracker
 from ..tracking.background import Background, Crop
@@ -158,8 +158,9 @@ def track(
 
     Args:
         scans: point clouds (PLY, XYZ) or depth images (PNG, TIFF, OpenEXR, NPY), one file per
-            frame: a folder, or a pattern such as 'depth/*.png'; or, in Python, those that a verb
-            makes, or the points of each frame, (n, 3).
+            frame: a folder, or a pattern such as 'depth/*.png'; or, in Python, those of
+            :func:`dynmesh.scans.open_scans` or that a verb makes, or a list with a scan, points (n,
+            3), a tuple of points and normals, or None for each frame.
         template: the mesh, best in the pose of the first scan.
         landmarks: a JSON file with landmarks of a template in another pose than the first scan, as
             for a registration, in the unit of the scans.
@@ -197,9 +198,9 @@ def track(
     check_integer("threads", threads, 1)
     Background(crop, remove_planes)  # which refuses what is no box
     with contextlib.ExitStack() as stack:
-        path = stack.enter_context(in_files(scans))
+        reader = stack.enter_context(opened_scans(scans, frames, **of_scans))
         mesh = stack.enter_context(formats.opened(template, "template"))
-        reader = open_scans(path, frames=frames, **of_scans)
+        path = reader.path
         units = units_of(reader, mesh, scan_unit, template_unit)
         look = ""
         if isinstance(reader, DepthReader) and isinstance(template, str | os.PathLike):
@@ -266,7 +267,7 @@ def track(
             wanted=["standard_error"] if uncertainty else [],
             close=stack.pop_all().close,
         )
-    if isinstance(scans, str | os.PathLike):
+    if isinstance(scans, str | os.PathLike | ScanReader):
         return run
     with run:
         return run.read()

@@ -1,5 +1,6 @@
 """Pages that play sequences."""
 
+import os
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
@@ -7,17 +8,19 @@ from pathlib import Path
 from typing import Any, Unpack
 
 from .. import formats
-from .._checks import check_integer, path_of
+from .._checks import check_integer, check_text, path_of
 from .._errors import InputError
 from .._options import Input, Method
 from ..draw.heatmap import Colour, range_of
 from ..draw.page import Page, page, require_page
 from ..draw.page.pick import pick_page
-from ..formats import OneSequence, PathLike, Source
+from ..formats import OneSequence, PathLike, Source, check_source
 from ..formats.conversion import remarks_of
 from ..frame import Frames
 from ..header import Axis
-from ..scans import ScanReader, ScanSource, open_scans
+from ..scans import ScanReader, ScanSource
+from ..scans.memory import InMemory as ScansInMemory
+from ..scans.memory import opened_scans
 from ..tracking.inputs import open_single
 
 
@@ -26,7 +29,7 @@ def view(
     *,
     reference: Input[OneSequence | None] = None,
     input: Input[OneSequence | None] = None,
-    scans: Input[PathLike | ScanReader | None] = None,
+    scans: Input[PathLike | ScansInMemory | None] = None,
     scan_unit: Input[float | str | None] = None,
     quality: Input[PathLike | None] = None,
     pick: Input[PathLike | None] = None,
@@ -50,7 +53,7 @@ def view(
         sequence: the sequence.
         reference: the true sequence; colours then show the error.
         input: the sequence that was completed.
-        scans: those that the sequence was tracked in.
+        scans: those that the sequence was tracked in, as :func:`dynmesh.track` takes them.
         scan_unit: the unit of length of the scans: m, cm, mm, or a number of metres; else, as their
             files state it.
         quality: the table that tracking wrote by `csv`; a line under the slider then shows how good
@@ -76,6 +79,8 @@ def view(
     """
     check_integer("max_frames", max_frames, 1)
     check_integer("max_vertices", max_vertices, 4)
+    if title is not None:
+        check_text("title", title)
     require_page(scans=scans is not None)
     shown_range = range_of(colour_range)
     needs_scans: dict[str, Any] = {"scan_unit": scan_unit}
@@ -89,23 +94,19 @@ def view(
         pick = path_of("pick", pick)
         _check_pick(pick, scans, {**others, "scan_unit": scan_unit})
     table = None if quality is None else path_of("quality", quality)
-    if scans is not None and not isinstance(scans, ScanReader):
-        scans = path_of("scans", scans)
-        if pick is not None and scans.is_file():
-            scans = open_single(scans, **of_scans)
-        else:
-            reading: ScanSource = {"gaps": "lost", **of_scans}
-            scans = open_scans(scans, **reading)
-    with opened_together(sequence, reference, input, source or {}) as (own, truth, partial):
-        if pick is not None and scans is not None:
+    with (
+        _opened(scans, of_scans, is_picked=pick is not None) as measured,
+        opened_together(sequence, reference, input, source or {}) as (own, truth, partial),
+    ):
+        if pick is not None and measured is not None:
             look = azimuth, max_vertices
-            result = pick_page(own, scans, pick.name, *look, title=title, up=up)
+            result = pick_page(own, measured, pick.name, *look, title=title, up=up)
         else:
             result = page(
                 own,
                 reference=truth,
                 input=partial,
-                scans=scans,
+                scans=measured,
                 scan_unit=scan_unit,
                 quality=table,
                 colour=colour,
@@ -118,6 +119,23 @@ def view(
                 progress=progress,
             )
         return replace(result, remarks=(*result.remarks, *remarks_of(own, truth, partial)))
+
+
+@contextmanager
+def _opened(
+    scans: PathLike | ScansInMemory | None, how: ScanSource, *, is_picked: bool
+) -> Iterator[ScanReader | None]:
+    if scans is None:
+        yield None
+        return
+    if isinstance(scans, str | os.PathLike):
+        path = path_of("scans", scans)
+        if is_picked and path.is_file():
+            yield open_single(path, **how)
+            return
+        how = {"gaps": "lost", **how}
+    with opened_scans(scans, **how) as reader:
+        yield reader
 
 
 def _check_pick(pick: Path, scans: object, others: Mapping[str, object]) -> None:
@@ -139,6 +157,7 @@ def opened_together(
     source: Source,
 ) -> Iterator[tuple[Frames, Frames | None, Frames | None]]:
     """Opens a sequence, its reference and its input, of those that there are."""
+    check_source(source)
     how: Source = {**source}
     shared: Source = {"faces": how.pop("faces", None), "prim": how.pop("prim", None)}
     with ExitStack() as stack:
