@@ -1,6 +1,7 @@
 """Verb after verb, over every format: they agree with the single steps, and none runs again."""
 
 import contextlib
+import math
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import product
@@ -17,6 +18,7 @@ from stages import BODY, production
 import dynmesh
 from dynmesh.completion.passes import Tally
 from dynmesh.formats.writing import Place
+from dynmesh.scans import open_scans
 
 Verb = Callable[[Any], Any]
 TRUTH = sea(len(PARTIAL), 12, **PARTIAL.described() | {"faces": PARTIAL.faces})
@@ -142,9 +144,40 @@ def test_scans_in_memory_are_tracked_as_those_in_files(tmp_path: Path, kind: Any
     with pytest.raises(ValueError, match="gone through"):
         dynmesh.track(scans, template=body[:1])
     assert dynmesh.evaluate(tracked, body).mean < 0.01
+    scans = open_scans(tmp_path / "scans")
+    assert_alike(dynmesh.track(scans, template=body[:1]).read(), of_files)
+    given: list[Any] = [[*scans], (None, *scans)]
     if "scan" in kind:
-        points = [scan.points for scan in dynmesh.degrade(body, **kind)]
-        assert dynmesh.track(points, template=body[:1]).report.quality == "good"
+        given += [[(scan.points, scan.normals) for scan in scans], [scan.points for scan in scans]]
+        given.append(np.stack([np.concatenate([one, one[:9] * np.nan]) for one in given[-1]]))
+    for each in given:
+        listed: Any = dynmesh.track(each, template=body[:1])
+        assert listed.report.quality == "good"
+        assert dynmesh.evaluate(listed[-2:], body).mean < 0.01
+        has_cameras = any(each is one for one in given[:2])
+        assert len(listed.report.cameras) == (4 if has_cameras else 0)
+
+
+def test_scans_in_memory_are_checked(tmp_path: Path) -> None:
+    body = moving_body(4)
+    dynmesh.degrade(body, scan=True, points=100).write(tmp_path)
+    scans = open_scans(tmp_path, frames=slice(1, 4))
+    points = [scan.points for scan in scans]
+    scans.choose(slice(2, 3))
+    assert scans.numbers == [2]
+    np.testing.assert_array_equal(next(iter(scans)).points, points[1])
+    wrong: dict[str, Any] = {
+        "scans: frame 1: points: must have shape": [points[0], points[1][:, :2]],
+        "scans: frame 0: has 100 points, but 99 normals": [(points[0], points[0][:99])],
+        "scans: frame 0: point 0: is at .*, which is not finite": [[[0, math.nan, 1]]],
+        "scans: must be a path or a list of scans": iter(points),
+        "scans: are none": [],
+    }
+    for message, given in wrong.items():
+        with pytest.raises((TypeError, ValueError), match=message):
+            dynmesh.track(given, template=body[:1])
+    with pytest.raises(ValueError, match="cameras: is for the files of scans"):
+        dynmesh.track(points, template=body[:1], cameras="cameras.json")
 
 
 @pytest.mark.filterwarnings("ignore::dynmesh.DoubtfulWarning")
