@@ -131,7 +131,9 @@ def open_with_template(
         with formats.opened(frames, "sequence", {"faces": faces}) as source:
             yield source, None
         return
-    with formats.opened(template, "template") as whole:
+    own = getattr(frames, "faces", None) if faces is None else faces
+    of_points: formats.Source = {"faces": own if isinstance(template, np.ndarray) else None}
+    with formats.opened(template, "template", of_points) as whole:
         shared: formats.Source = {"faces": whole.header.polygons or whole.faces}
         with formats.opened(
             frames, "sequence", shared if faces is None else {"faces": faces}

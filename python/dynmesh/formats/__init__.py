@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from .._checks import check_choice, check_finite, path_of
 from .._errors import InputError, KindError, naming
-from ..frame import Frames, Stored, check_any
+from ..frame import Frame, Frames, Stored, check_any
 from ..polygons import Faces, split_faces
 from ..run import Kept, Run
 from ..sequence import InMemory, as_sequence
@@ -195,6 +195,9 @@ def opened(
         check_any(frames)
         yield frames
         return
+    if isinstance(sequence, Frame):
+        message = "is a Frame, which has no faces; a slice, such as sequence[:1], has them"
+        raise KindError(message, argument=name)
     sequence = path_of(name, sequence, "a path, frames, a Sequence, arrays or meshes")
     template = _template(shared.get("faces"))
     if shared.get("prim") and format_of(sequence, source.get("format")).meshes is not None:

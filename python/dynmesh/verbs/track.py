@@ -159,8 +159,8 @@ def track(
     Args:
         scans: point clouds (PLY, XYZ) or depth images (PNG, TIFF, OpenEXR, NPY), one file per
             frame: a folder, or a pattern such as 'depth/*.png'; or, in Python, those of
-            :func:`dynmesh.scans.open_scans` or that a verb makes, or a list with a scan, points (n,
-            3), a tuple of points and normals, or None for each frame.
+            dynmesh.scans.open_scans or that a verb makes, or a list with a scan, points (n, 3), a
+            tuple of points and normals, or None for each frame.
         template: the mesh, best in the pose of the first scan.
         landmarks: a JSON file with landmarks of a template in another pose than the first scan, as
             for a registration, in the unit of the scans.

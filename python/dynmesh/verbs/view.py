@@ -53,7 +53,7 @@ def view(
         sequence: the sequence.
         reference: the true sequence; colours then show the error.
         input: the sequence that was completed.
-        scans: those that the sequence was tracked in, as :func:`dynmesh.track` takes them.
+        scans: those that the sequence was tracked in; in Python, as dynmesh.track takes them.
         scan_unit: the unit of length of the scans: m, cm, mm, or a number of metres; else, as their
             files state it.
         quality: the table that tracking wrote by `csv`; a line under the slider then shows how good

@@ -144,11 +144,11 @@ def test_scans_in_memory_are_tracked_as_those_in_files(tmp_path: Path, kind: Any
     with pytest.raises(ValueError, match="gone through"):
         dynmesh.track(scans, template=body[:1])
     assert dynmesh.evaluate(tracked, body).mean < 0.01
-    scans = open_scans(tmp_path / "scans")
-    assert_alike(dynmesh.track(scans, template=body[:1]).read(), of_files)
-    given: list[Any] = [[*scans], (None, *scans)]
+    read: Any = open_scans(tmp_path / "scans")
+    assert_alike(dynmesh.track(read, template=body[:1]).read(), of_files)
+    given: list[Any] = [[*read], (None, *read)]
     if "scan" in kind:
-        given += [[(scan.points, scan.normals) for scan in scans], [scan.points for scan in scans]]
+        given += [[(scan.points, scan.normals) for scan in read], [scan.points for scan in read]]
         given.append(np.stack([np.concatenate([one, one[:9] * np.nan]) for one in given[-1]]))
     for each in given:
         listed: Any = dynmesh.track(each, template=body[:1])
@@ -161,7 +161,7 @@ def test_scans_in_memory_are_tracked_as_those_in_files(tmp_path: Path, kind: Any
 def test_scans_in_memory_are_checked(tmp_path: Path) -> None:
     body = moving_body(4)
     dynmesh.degrade(body, scan=True, points=100).write(tmp_path)
-    scans = open_scans(tmp_path, frames=slice(1, 4))
+    scans: Any = open_scans(tmp_path, frames=slice(1, 4))
     points = [scan.points for scan in scans]
     scans.choose(slice(2, 3))
     assert scans.numbers == [2]

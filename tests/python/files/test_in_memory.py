@@ -103,3 +103,15 @@ def test_arrays_hold_nan_where_nothing_is_known() -> None:
         with pytest.raises(ValueError, match="a copy is needed"):
             np.array(given, copy=False)
     assert np.shares_memory(np.array(TRUTH, copy=False), TRUTH.vertices)
+
+
+def test_the_template_of_arrays_is_an_array_of_the_same_faces() -> None:
+    arrays = np.where(KNOWN[..., None], TRUTH.vertices, np.nan)
+    of_a_slice = dynmesh.complete(PARTIAL, template=TRUTH[:1])
+    for completed in (
+        dynmesh.complete(PARTIAL, template=TRUTH.vertices[:1]),
+        dynmesh.complete(arrays, PARTIAL.faces, template=TRUTH.vertices[:1]),
+    ):
+        np.testing.assert_array_equal(completed.vertices, of_a_slice.vertices)
+    with pytest.raises(TypeError, match=r"template: is a Frame.*\[:1\]"):
+        dynmesh.complete(PARTIAL, template=TRUTH[0])  # type: ignore[arg-type]
