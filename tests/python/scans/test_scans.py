@@ -13,7 +13,7 @@ from tracking_reference import places
 from dynmesh import losses
 from dynmesh.losses import Camera
 from dynmesh.losses.visibility import depth_buffer, intrinsics_of, pose_of
-from dynmesh.scans import DepthScan, PointScan
+from dynmesh.scans import PointScan
 from dynmesh.topology import mean_edge_of
 
 NEAR_X = Camera((4.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 60.0)
@@ -160,14 +160,6 @@ def test_cameras_orbit_the_middle_of_the_mesh() -> None:
 def scan(mesh: Mesh, *cameras: Camera, **options: Any) -> PointScan:
     options = {"noise": 0.0, **options}
     (found,) = losses.scan_points([mesh.vertices], mesh.faces, cameras, points=400, **options)
-    return found
-
-
-def images(mesh: Mesh, *cameras: Camera, **options: Any) -> DepthScan:
-    options = {"noise": 0.0, **options}
-    (found,) = losses.depth_images(
-        [mesh.vertices], mesh.faces, cameras, width=64, height=48, **options
-    )
     return found
 
 
