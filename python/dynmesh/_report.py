@@ -76,10 +76,10 @@ class OutputReport(Report):
 
 
 def write_csv(path: Path, kind: type, rows: Iterable[Any]) -> None:
-    """Writes a table with a row for each object of a dataclass, and a column for each field."""
+    """Writes a table with a row for each object, and a column for each field that it prints."""
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
-        names = [field.name for field in dataclasses.fields(kind)]
+        names = [field.name for field in dataclasses.fields(kind) if field.repr]
         writer.writerow(names)
         writer.writerows([getattr(one, name) for name in names] for one in rows)
 

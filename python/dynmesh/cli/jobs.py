@@ -9,7 +9,7 @@ from collections import Counter
 from collections.abc import Generator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from contextlib import closing
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from graphlib import TopologicalSorter
 from pathlib import Path
 from subprocess import DEVNULL, PIPE, Popen
@@ -27,8 +27,8 @@ _WRONG: tuple[Status, ...] = ("failed", "not run", "doubtful")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Row:
-    """The row of a job in the table of results.
+class Result:
+    """The result of a job, and its row in the table of results.
 
     Attributes:
         input: the incomplete sequence, or the scans.
@@ -40,6 +40,8 @@ class Row:
         frames: number of frames that were written.
         seconds: the time that the job took.
         reason: why it is doubtful, failed or was not run, in one line.
+        remarks: remarks about the output for the user, one line each.
+        traceback: the lines that its command printed before the error.
     """
 
     input: Path
@@ -49,19 +51,8 @@ class Row:
     frames: int = 0
     seconds: float = 0.0
     reason: str = ""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Result(Row):
-    """The result of a job.
-
-    Attributes:
-        remarks: remarks about the output for the user, one line each.
-        traceback: the lines that its command printed before the error.
-    """
-
-    remarks: tuple[str, ...] = ()
-    traceback: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = field(default=(), repr=False)
+    traceback: tuple[str, ...] = field(default=(), repr=False)
 
     @property
     def wrong(self) -> list[str]:
@@ -107,7 +98,7 @@ class BatchReport(Report):
 
     def write_csv(self, path: PathLike) -> None:
         """Writes the table of results, with a row for each job."""
-        write_csv(path_of("path", path), Row, self.results)
+        write_csv(path_of("path", path), Result, self.results)
 
 
 def batch(
