@@ -27,9 +27,13 @@ def files(tmp_path: Path) -> Path:
     return tmp_path / "a.npz"
 
 
-def test_a_file_and_a_sequence_answer_to_the_same_words(files: Path) -> None:
-    with dynmesh.open(files) as opened:
-        for frames in (opened, PARTIAL):
+def test_a_file_and_a_sequence_answer_to_the_same_words(tmp_path: Path) -> None:
+    of_frame = np.tile(np.arange(N, dtype=np.int32)[:, None], (1, 100))
+    traced = replace(PARTIAL, generation=of_frame, age=of_frame)
+    dynmesh.write(tmp_path / "a.npz", traced)
+    with dynmesh.open(tmp_path / "a.npz") as opened:
+        frames: Any
+        for frames in (opened, traced):
             assert (len(frames), frames.n_frames, frames.header.n_frames) == (N, N, N)
             assert [len(frame.points) for frame in frames] == [100] * N
             np.testing.assert_array_equal(frames[-2].points, PARTIAL.vertices[-2])
@@ -37,6 +41,7 @@ def test_a_file_and_a_sequence_answer_to_the_same_words(files: Path) -> None:
                 part = frames[chosen]
                 assert len(part) == 2
                 np.testing.assert_array_equal(part[1].known, np.asarray(PARTIAL.known)[3])
+                assert part[1].generation[7] == part[1].age[7] == 3
                 assert [part.header.number(i) for i in range(2)] == [1, 3]
             with frames[:2] as first:
                 assert len(list(first)) == 2
