@@ -71,6 +71,7 @@ TABLES: dict[str, tuple[Callable[[argparse.Namespace], list[Table]], tuple[str, 
     "calibration": (calibration.tables, ()),
     "tracking": (tracking.baselines, ("--cameras",)),
     "tracking-resolutions": (tracking.resolutions, ("--cameras",)),
+    "tracking-colours": (tracking.colours, ("--cameras",)),
     "whole-frame": (files.whole_frame, ()),
 }
 

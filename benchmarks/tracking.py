@@ -1,6 +1,6 @@
 """Measures tracking beside other libraries, and at several resolutions.
 
-    script/reproduce tracking|tracking-resolutions FOLDER [NAME ...] [--frames N]
+    script/reproduce tracking|tracking-resolutions|tracking-colours FOLDER [NAME ...] [--frames N]
 
 The template is frame 0, and every frame after it is registered from the result for the last one.
 The scans are points by cameras around the subject: beside other libraries, which take up to a
@@ -23,6 +23,7 @@ from scipy.spatial import cKDTree
 from dynmesh import Tracker, losses
 from dynmesh._arrays import Positions
 from dynmesh.scans import PointScan
+from dynmesh.topology import mean_edge_of, unit
 from dynmesh.tracker import Resolution
 from dynmesh.tracking.placing import push_scan
 
@@ -96,6 +97,43 @@ def resolutions(arguments: argparse.Namespace) -> list[Table]:
             cells += [number(float(found[:, 0].mean())), number(float(queries))]
         lines.append((subject.name, str(n), *cells))
     return [Table("tracking-resolutions", lines)]
+
+
+def colours(arguments: argparse.Namespace) -> list[Table]:
+    """How far a mesh slides along itself in 30 frames, with and without colours.
+
+    The texture is a sum of waves of 3 to 12 mean edges in frame 0, with noise of 0.02 of its range.
+    The cells are the error of frame 1, and those of frame 30.
+    """
+    lines: list[Line] = [("sequence", "cameras", "frame 1", "frame 30", "with colours")]
+    for subject in sequences(arguments, 31):
+        rest = subject.vertices[0] / mean_edge_of(subject.vertices[0], subject.faces)
+        rng = np.random.default_rng(0)
+        for n in arguments.cameras:
+            around = losses.orbit(subject.box, n, up=subject.up_vector)(0)
+            at = losses.scan_points(subject.vertices[1:], subject.faces, around, colours=rest)
+            scans = [scan._replace(colours=_texture(scan.colours, rng)) for scan in at]
+            errors = []
+            for seen in ([scan._replace(colours=None) for scan in scans], scans):
+                tracker = Tracker(subject.faces, subject.vertices[0])
+                found = followed(subject, seen, lambda _, scan: push_scan(tracker, scan))  # noqa: B023
+                errors.append(found[:, 0])
+            plain, coloured = errors
+            cells = (number(float(error)) for error in (plain[0], plain[-1], coloured[-1]))
+            lines.append((subject.name, str(n), *cells))
+    return [Table("tracking-colours", lines)]
+
+
+def _texture(places: Any, rng: np.random.Generator) -> Positions:
+    """(n, 3) colours from 0 to about 1 at places in frame 0, in mean edges."""
+    waves = np.random.default_rng(1)
+    lengths = np.exp(waves.uniform(np.log(3), np.log(12), (3, 12)))
+    directions = unit(waves.standard_normal((36, 3))).reshape(3, 12, 3)
+    phases = waves.uniform(0, 2 * np.pi, (3, 12))
+    along = np.einsum("nx,cwx->ncw", places, 2 * np.pi * directions / lengths[..., None])
+    colours = 0.5 + 0.1 * np.sin(along + phases).sum(axis=2)
+    noisy = colours + 0.02 * rng.standard_normal(colours.shape)
+    return np.asarray(noisy, np.asarray(places).dtype)
 
 
 def _seconds_of_query() -> float:

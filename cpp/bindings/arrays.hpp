@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <dynmesh/tracker.hpp>
 #include <dynmesh/types.hpp>
 #include <optional>
@@ -95,19 +96,22 @@ py::dict fields_of(const Report& report) {
 
 template <class Real>
 Scan<Real> scan_of(const Exact<Real>& points, const std::optional<Exact<Real>>& normals,
-                   const std::optional<Exact<Real>>& viewpoints) {
+                   const std::optional<Exact<Real>>& viewpoints,
+                   const std::optional<Exact<Real>>& colours) {
   Scan<Real> scan = {view(points)};
   if (normals) scan.normals = view(*normals);
   if (viewpoints) scan.viewpoints = view(*viewpoints);
+  if (colours) scan.colours = view(*colours);
   return scan;
 }
 
-/// Of each camera: depths (h, w), intrinsics (3, 3) and pose (4, 4).
-using Images = std::vector<std::tuple<Exact<float>, Exact<double>, Exact<double>>>;
+/// Of each camera: depths (h, w), intrinsics (3, 3), pose (4, 4) and colours (h, w, 3) or None.
+using Images = std::vector<
+    std::tuple<Exact<float>, Exact<double>, Exact<double>, std::optional<Exact<std::uint8_t>>>>;
 
 inline std::vector<DepthImage> view(const Images& images) {
   std::vector<DepthImage> views;
-  for (const auto& [depth, intrinsics, pose] : images) {
+  for (const auto& [depth, intrinsics, pose, colours] : images) {
     DepthImage& image = views.emplace_back();
     image.data = depth.data();
     image.height = static_cast<std::size_t>(depth.shape(0));
@@ -115,6 +119,7 @@ inline std::vector<DepthImage> view(const Images& images) {
     image.row_stride = depth.shape(1);
     std::copy_n(intrinsics.data(), image.intrinsics.size(), image.intrinsics.begin());
     std::copy_n(pose.data(), image.pose.size(), image.pose.begin());
+    if (colours) image.colours = colours->data();
   }
   return views;
 }

@@ -63,9 +63,10 @@ void bind_baseline(py::module_& module, const char* name, const Create& create) 
           Release());
 }
 
-/// Points, normals and viewpoints.
+/// Points, normals, viewpoints and colours.
 template <class Real>
-using ScanArrays = std::tuple<Exact<Real>, std::optional<Exact<Real>>, std::optional<Exact<Real>>>;
+using ScanArrays = std::tuple<Exact<Real>, std::optional<Exact<Real>>, std::optional<Exact<Real>>,
+                              std::optional<Exact<Real>>>;
 
 template <class Real>
 py::tuple py_register(const Exact<Index>& faces, const Exact<Real>& positions,

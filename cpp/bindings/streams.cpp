@@ -147,8 +147,9 @@ void bind_streams_of(py::module_& module) {
   bind_stream<Tracker, Real, TrackerSettings>(module, "tracker")
       .def("push",
            alone(+[](T& t, const Exact<Real>& points, const std::optional<Exact<Real>>& normals,
-                     const std::optional<Exact<Real>>& viewpoints, Exact<Real>& out) {
-             t.push(scan_of(points, normals, viewpoints), writable(out));
+                     const std::optional<Exact<Real>>& viewpoints,
+                     const std::optional<Exact<Real>>& colours, Exact<Real>& out) {
+             t.push(scan_of(points, normals, viewpoints, colours), writable(out));
            }),
            Release())
       .def("push_depth", alone(+[](T& t, const Images& images, Exact<Real>& out) {

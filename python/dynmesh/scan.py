@@ -1,6 +1,6 @@
 """A frame as scanners deliver it: loose points, or depth images. No vertex is named."""
 
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,18 +11,37 @@ _INSIDE_OUT = -0.2
 """The cosine between normals and the directions from the middle: about 0 for flat parts."""
 
 
-class PointScan(NamedTuple):
-    """The points of a frame, in no order.
+class _Points(NamedTuple):
+    points: Positions
+    normals: Positions | None
+    viewpoints: Positions | None
+
+
+class PointScan(_Points):
+    """The points of a frame, in no order: ``points, normals, viewpoints = scan``.
 
     Attributes:
         points: (n, 3) positions; n may be 0, and differs from frame to frame.
         normals: (n, 3) unit normals of the surface on the side that was seen, or None.
         viewpoints: (c, 3) the positions of the cameras, or None if they are unknown.
+        colours: (n, 3) the colours of the points, or None.
     """
 
-    points: Positions
-    normals: Positions | None
-    viewpoints: Positions | None
+    colours: Positions | None
+
+    def __new__(  # noqa: D102
+        cls,
+        points: Positions,
+        normals: Positions | None,
+        viewpoints: Positions | None,
+        colours: Positions | None = None,
+    ) -> Self:
+        scan = super().__new__(cls, points, normals, viewpoints)
+        scan.colours = colours
+        return scan
+
+    def _replace(self, **changed: Any) -> Self:
+        return type(self)(**{**self._asdict(), "colours": self.colours, **changed})
 
     @property
     def cloud(self) -> Positions:
@@ -50,27 +69,49 @@ class PointScan(NamedTuple):
     def scaled(self, factor: float) -> "PointScan":
         """Returns the scan in another unit of length."""
         viewpoints = None if self.viewpoints is None else _times(self.viewpoints, factor)
-        return PointScan(_times(self.points, factor), self.normals, viewpoints)
+        return self._replace(points=_times(self.points, factor), viewpoints=viewpoints)
 
     def only(self, kept: Mask) -> "PointScan":
         """Returns the scan with the points of the cloud that (n,) `kept` names."""
         normals = None if self.normals is None else self.normals[kept]
-        return PointScan(self.points[kept], normals, self.viewpoints)
+        colours = None if self.colours is None else self.colours[kept]
+        return PointScan(self.points[kept], normals, self.viewpoints, colours)
 
 
-class DepthScan(NamedTuple):
-    """The depth images of a frame, one of each camera that delivered one.
+class _Images(NamedTuple):
+    depth: list[NDArray[np.float32]]
+    intrinsics: list[Floats]
+    poses: list[Floats]
+
+
+class DepthScan(_Images):
+    """The depth images of a frame: ``depth, intrinsics, poses = scan``.
+
+    There is one of each camera that delivered one.
 
     Attributes:
         depth: (h, w) float32 each: distances along the optical axis, 0 where nothing was measured.
         intrinsics: (3, 3) each: from camera coordinates to pixels; the centre of the first pixel is
             at (0, 0).
         poses: (4, 4) each: from camera coordinates, x right, y down, z ahead, to the world.
+        colours: (h, w, 3) uint8 each: the colours of the same pixels; or None.
     """
 
-    depth: list[NDArray[np.float32]]
-    intrinsics: list[Floats]
-    poses: list[Floats]
+    colours: list[NDArray[np.uint8]] | None
+
+    def __new__(  # noqa: D102
+        cls,
+        depth: list[NDArray[np.float32]],
+        intrinsics: list[Floats],
+        poses: list[Floats],
+        colours: list[NDArray[np.uint8]] | None = None,
+    ) -> Self:
+        scan = super().__new__(cls, depth, intrinsics, poses)
+        scan.colours = colours
+        return scan
+
+    def _replace(self, **changed: Any) -> Self:
+        return type(self)(**{**self._asdict(), "colours": self.colours, **changed})
 
     @property
     def cloud(self) -> Positions:
@@ -102,7 +143,7 @@ class DepthScan(NamedTuple):
         """Returns the scan in another unit of length."""
         to_unit = np.array([[1, 1, 1, factor]] * 3 + [[1, 1, 1, 1]])
         poses = [pose * to_unit for pose in self.poses]
-        return DepthScan([_times(depth, factor) for depth in self.depth], self.intrinsics, poses)
+        return self._replace(depth=[_times(depth, factor) for depth in self.depth], poses=poses)
 
     def only(self, kept: Mask) -> "DepthScan":
         """Returns the scan with the points of the cloud that (n,) `kept` names."""
@@ -114,7 +155,7 @@ class DepthScan(NamedTuple):
             left[row[own], column[own]] = depth[row[own], column[own]]
             images.append(left)
             first += len(row)
-        return DepthScan(images, self.intrinsics, self.poses)
+        return self._replace(depth=images)
 
 
 Scan = PointScan | DepthScan

@@ -22,6 +22,8 @@ __all__ = ["Agreement", "MeshInScan", "Tracker", "TrackingReport"]
 
 Matrix: TypeAlias = NDArray[np.floating[Any] | np.integer[Any]]
 
+Colours: TypeAlias = NDArray[np.uint8] | Positions
+
 Resolution: TypeAlias = Literal["best"] | int
 """On how many vertices a template is tracked; see :class:`Tracker`."""
 
@@ -216,6 +218,7 @@ class Tracker(Stream):
         normals: Positions | None = None,
         *,
         viewpoints: Positions | None = None,
+        colours: Positions | None = None,
         out: Positions | None = None,
     ) -> Positions:
         """Finds the template in a scan.
@@ -232,6 +235,10 @@ class Tracker(Stream):
                 none.
             viewpoints: the positions of the sensors, (c, 3), to which estimated normals turn, and
                 of which `agreement_of_sensors` tells, in the axes and the unit of the template.
+            colours: the colours or intensities of the points, (n, 3) or (n,), in any unit, which
+                tell how the surface slides along itself. Those of the template are learned where
+                each vertex is first measured, so that they should not change with light or view;
+                what changes alike everywhere, as by exposure, does not matter.
             out: an array (k, 3) of the tracker's dtype to which the tracked frame is written. If
                 None, a new array is allocated.
 
@@ -239,10 +246,11 @@ class Tracker(Stream):
             The tracked frame, (k, 3): `out`, or the new array.
         """
         if isinstance(points, DepthScan):
-            return self.push_depth(*points, out=out)
+            return self.push_depth(*points, colours=points.colours, out=out)
         if isinstance(points, PointScan):
+            colours = points.colours
             points, normals, viewpoints = points
-        given = scan_arrays(points, normals, viewpoints, self.dtype)
+        given = scan_arrays(points, normals, viewpoints, self.dtype, colours)
         return self._made(out, lambda found: self._core.push(*given, found))
 
     def push_depth(
@@ -250,6 +258,7 @@ class Tracker(Stream):
         depth: Positions | SequenceOf[Positions],
         intrinsics: Matrix | SequenceOf[Matrix],
         pose: Matrix | SequenceOf[Matrix],
+        colours: Colours | SequenceOf[Colours] | None = None,
         *,
         out: Positions | None = None,
     ) -> Positions:
@@ -265,12 +274,14 @@ class Tracker(Stream):
             pose: (4, 4): the rigid motion from the axes of the camera to those of the template, in
                 its unit. The camera looks along its +z axis, with x to the right and y down, as in
                 OpenCV.
+            colours: (h, w, 3) or (h, w) uint8: the colours or intensities of the same pixels, as
+                those of `push`.
             out: see `push`.
 
         Returns:
             The tracked frame, (k, 3).
         """
-        images = image_arrays(depth, intrinsics, pose)
+        images = image_arrays(depth, intrinsics, pose, colours)
         return self._made(out, lambda found: self._core.push_depth(images, found))
 
     @property
@@ -306,41 +317,61 @@ class Tracker(Stream):
 
 
 def scan_arrays(
-    points: Positions, normals: Positions | None, viewpoints: Positions | None, dtype: Any
-) -> tuple[Positions, Positions | None, Positions | None]:
+    points: Positions,
+    normals: Positions | None,
+    viewpoints: Positions | None,
+    dtype: Any,
+    colours: Colours | None = None,
+) -> tuple[Positions, Positions | None, Positions | None, Positions | None]:
     """Returns the arrays of a scan as the core takes them."""
     result = _arrays.points("points", points, dtype, "(n, 3)")
     if normals is not None:
         normals = _arrays.points("normals", normals, dtype, "(n, 3)")
     if viewpoints is not None:
         viewpoints = _arrays.points("viewpoints", viewpoints, dtype, "(c, 3)")
-    return result, normals, viewpoints
+    if colours is not None:
+        given = _arrays.plain("colours", colours)
+        given = given.astype(dtype) if given.dtype == np.uint8 else given
+        given = np.repeat(given[:, None], 3, axis=1) if given.ndim == 1 else given
+        colours = _arrays.points("colours", given, dtype, "(n, 3) or (n,)")
+    return result, normals, viewpoints, colours
 
 
-def image_arrays(depth: Any, intrinsics: Any, pose: Any) -> list[tuple[NDArray[Any], ...]]:
+def image_arrays(
+    depth: Any, intrinsics: Any, pose: Any, colours: Any = None
+) -> list[tuple[NDArray[Any] | None, ...]]:
     """Returns the arrays of depth images, one or several, as the core takes them."""
     images, cameras, poses = (
         _several(name, given)
         for name, given in (("depth", depth), ("intrinsics", intrinsics), ("pose", pose))
     )
-    for name, given in (("intrinsics", cameras), ("pose", poses)):
+    coloured = [None] * len(images) if colours is None else _several("colours", colours, 3)
+    for name, given in (("intrinsics", cameras), ("pose", poses), ("colours", coloured)):
         if len(given) != len(images):
             raise InputError(
                 f"there are {len(given)}, but {len(images)} depth images", argument=name
             )
     return [
-        (_depths(image), _matrix("intrinsics", camera, 3), _matrix("pose", turn, 4))
-        for image, camera, turn in zip(images, cameras, poses, strict=True)
+        (
+            _depths(image),
+            _matrix("intrinsics", camera, 3),
+            _matrix("pose", turn, 4),
+            None if colour is None else _colours(colour, np.shape(image)),
+        )
+        for image, camera, turn, colour in zip(images, cameras, poses, coloured, strict=True)
     ]
 
 
-def _several(name: str, given: Any) -> list[Any]:
+def _several(name: str, given: Any, dimensions: int = 2) -> list[Any]:
     """The arrays of each camera; one array, or the list of its rows, is that of one camera."""
     if not isinstance(given, np.ndarray | list | tuple):
         raise KindError(
             f"must be an array, or a list of arrays, not {type(given).__name__}", argument=name
         )
-    is_one = given.ndim <= 2 if isinstance(given, np.ndarray) else given and np.ndim(given[0]) < 2
+    if isinstance(given, np.ndarray):
+        is_one = given.ndim <= dimensions
+    else:
+        is_one = bool(given) and np.ndim(given[0]) < 2
     return [given] if is_one else list(given)
 
 
@@ -353,6 +384,17 @@ def _depths(image: Any) -> NDArray[np.float32]:
         raise InputError(f"must have shape (h, w), not {array.shape}", argument="depth")
     with np.errstate(over="ignore"):
         return np.require(array, np.float32, ["C", "A"])
+
+
+def _colours(image: Any, size: tuple[int, ...]) -> NDArray[np.uint8]:
+    array = _arrays.plain("colours", image)
+    if array.dtype != np.uint8:
+        raise KindError(f"must be uint8, not {array.dtype}", argument="colours")
+    array = np.repeat(array[..., None], 3, axis=2) if array.ndim == 2 else array
+    if array.shape != (*size, 3):
+        message = f"must have shape {(*size, 3)} or {size}, as the depth image, not {array.shape}"
+        raise InputError(message, argument="colours")
+    return np.require(array, np.uint8, ["C", "A"])
 
 
 def _matrix(name: str, given: Any, side: int) -> NDArray[np.float64]:

@@ -321,10 +321,11 @@ TEST_CASE("C refuses what a tracker cannot use") {
   other = t;
   refused({"threads", "0"}, dynmesh_tracker_create(faces, n_faces, &frame, 0, &other));
   CHECK(other == nullptr);
-  refused.with_nulls(dynmesh_tracker_push, {"tracker", "points", nullptr, nullptr, "out", nullptr},
-                     t, &frame, nullptr, nullptr, &out, nullptr);
+  refused.with_nulls(dynmesh_tracker_push,
+                     {"tracker", "points", nullptr, nullptr, nullptr, "out", nullptr}, t, &frame,
+                     nullptr, nullptr, nullptr, &out, nullptr);
 
-  dynmesh_depth_image image = {world.pixels.data(), 4, 5, 0, 0, {}, {}};
+  dynmesh_depth_image image = {world.pixels.data(), 4, 5, 0, 0, {}, {}, nullptr};
   std::ranges::copy(world.intrinsics, image.intrinsics);
   std::ranges::copy(world.pose, image.pose);
   const auto narrow = with(image, [](auto& one) { one.width = -5; });

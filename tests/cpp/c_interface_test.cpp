@@ -28,7 +28,7 @@ static_assert(sizeof(dynmesh_template) == 32);
 static_assert(sizeof(dynmesh_measure) == 680 && offsetof(dynmesh_measure, reason) == 164);
 static_assert(sizeof(dynmesh_tracking_report) == 728);
 static_assert(sizeof(dynmesh_agreement) == 32);
-static_assert(sizeof(dynmesh_depth_image) == 240);
+static_assert(sizeof(dynmesh_depth_image) == 248);
 
 namespace dynmesh::testing {
 namespace {

@@ -97,8 +97,10 @@ TEST_CASE("a tracker") {
     scan.viewpoints = {9, 0, 0, -9, 0, 0};
     const auto points = c_rows(scan.points);
     const auto normals = c_rows(scan.normals);
+    scan.colours = scan.normals;
     const auto sensors = c_rows(scan.viewpoints);
-    REQUIRE(dynmesh_tracker_push(tracker, &points, &normals, &sensors, &out, &report) ==
+    const auto colours = c_rows(scan.colours);
+    REQUIRE(dynmesh_tracker_push(tracker, &points, &normals, &sensors, &colours, &out, &report) ==
             DYNMESH_OK);
     check_same(track(expected, scan));
   }
@@ -116,7 +118,7 @@ TEST_CASE("a tracker") {
 
   const auto images = images_of(mesh, settings.recover ? jumped : mesh.vertices, 1, 60);
   const auto view = images[0].view();
-  dynmesh_depth_image image{view.data, 60, 60, 0, 0, {}, {}};
+  dynmesh_depth_image image{view.data, 60, 60, 0, 0, {}, {}, nullptr};
   std::ranges::copy(view.intrinsics, image.intrinsics);
   std::ranges::copy(view.pose, image.pose);
   REQUIRE(dynmesh_tracker_push_depth(tracker, &image, 1, &out, &report) == DYNMESH_OK);

@@ -28,7 +28,7 @@ inline Mesh<double> bumpy_torus(int n) {
 }
 
 struct Samples {
-  std::vector<double> points, normals, viewpoints;
+  std::vector<double> points, normals, viewpoints, colours;
   bool has_normals = true;
 };
 
@@ -63,6 +63,7 @@ inline Scan<double> view_of(const Samples& samples) {
   scan.points = {samples.points.data(), samples.points.size() / 3};
   if (samples.has_normals) scan.normals = {samples.normals.data(), samples.normals.size() / 3};
   scan.viewpoints = {samples.viewpoints.data(), samples.viewpoints.size() / 3};
+  if (!samples.colours.empty()) scan.colours = {samples.colours.data(), samples.colours.size() / 3};
   return scan;
 }
 
@@ -80,7 +81,7 @@ struct Image {
 
   [[nodiscard]] DepthImage view() const {
     const auto n = static_cast<std::size_t>(side);
-    return {pixels.data(), n, n, side, 1, intrinsics, pose};
+    return {pixels.data(), n, n, side, 1, intrinsics, pose, nullptr};
   }
 };
 

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <stdexcept>
 #include <utility>
 #include <vector>
 
@@ -19,6 +20,7 @@
 #include "surface_fit/cloth.hpp"
 #include "surface_fit/membrane.hpp"
 #include "surface_fit/point_scan.hpp"
+#include "surface_fit/scan_arguments.hpp"
 #include "surface_fit/surface_places.hpp"
 #include "surface_fit/surface_system.hpp"
 
@@ -275,6 +277,63 @@ TEST_CASE("a subject that rests where its points lie stays there, also on a coar
   const auto positions = rows_of(mesh.vertices);
   const Triangle face = triangles_of(mesh)[0];
   CHECK(farthest < 1e-3 * std::sqrt(squared_norm(positions[face[0]] - positions[face[1]])));
+}
+
+/// A torus that turns about its axis shows by its colours alone that it moves.
+TEST_CASE("colours tell how a surface slides along itself") {
+  const auto mesh = torus(40);
+  const auto positions = rows_of(mesh.vertices);
+  const Triangle face = triangles_of(mesh)[0];
+  const double edge = std::sqrt(squared_norm(positions[face[0]] - positions[face[1]]));
+  std::vector<double> colours;
+  for (const Vector3& p : positions) {
+    colours.insert(colours.end(),
+                   {std::sin(3 * p.x + p.y), std::cos(3 * p.y - p.z), std::sin(2 * p.x)});
+  }
+  const auto error = [&](Index resolution, double change_of_exposure, bool has_colours) {
+    Tracker<double> tracker(mesh.faces(), mesh.points(), {.resolution = resolution});
+    double off = 0;
+    for (int i = 0; i <= 10; ++i) {
+      const auto truth = turned(mesh.vertices, 0.02 * i);
+      Samples samples = scan_of(mesh, truth);
+      if (has_colours) samples.colours = scan_of(mesh, colours).points;
+      for (double& colour : samples.colours) colour += change_of_exposure * i;
+      const auto tracked = track(tracker, samples);
+      off = 0;
+      for (std::size_t c = 0; c < tracked.size(); ++c) off += std::abs(tracked[c] - truth[c]);
+      off /= static_cast<double>(mesh.size());
+    }
+    return off / edge;
+  };
+  CHECK(error(0, 0, false) > 1);
+  CHECK(error(0, 0, true) < 0.1);
+  CHECK(error(0, 0.1, true) < 0.1);
+  CHECK(error(400, 0, true) < 0.6);
+}
+
+TEST_CASE("colours of depth images are those of their pixels") {
+  const auto mesh = torus(40);
+  const auto images = images_of(mesh, mesh.vertices, 2, 60);
+  std::vector<std::uint8_t> colours(3UL * 60 * 60);
+  std::vector<DepthImage> views;
+  for (const Image& image : images) views.push_back(image.view());
+  for (std::size_t p = 0; p < 60UL * 60; ++p) colours[3 * p] = static_cast<std::uint8_t>(p % 60);
+  views[0].colours = colours.data();
+  CHECK_THROWS_WITH_AS(point_scan_of(views, 1, 100000), doctest::Contains("image 1"),
+                       std::invalid_argument);
+  views[1].colours = colours.data();
+  for (const std::size_t most : {100000UL, 200UL}) {
+    const PointScan scan = point_scan_of(views, 1, most);
+    REQUIRE(scan.colours.size() == scan.size());
+    for (std::size_t i = 0; i < scan.size(); ++i) {
+      const DepthImage& image = views[scan.sensor_numbers[i]];
+      const auto arm = scan.points[i] - Vector3{image.pose[3], image.pose[7], image.pose[11]};
+      const double depth = dot(arm, {image.pose[2], image.pose[6], image.pose[10]});
+      const double across = dot(arm, {image.pose[0], image.pose[4], image.pose[8]});
+      const double column = image.intrinsics[0] * across / depth + image.intrinsics[2];
+      CHECK(scan.colours[i].x == doctest::Approx(column).epsilon(0.1));
+    }
+  }
 }
 
 }  // namespace

@@ -368,6 +368,7 @@ typedef struct dynmesh_depth_image {
   double intrinsics[9];  ///< row by row: fx, s, cx, 0, fy, cy, 0, 0, 1, in pixels
   double pose[16];  ///< row by row: from the camera, with +z ahead and y down, to the template, in
                     ///< its unit
+  const uint8_t* colours;  ///< three bytes of each pixel, row by row and packed, or null
 } dynmesh_depth_image;
 
 /// Creates a tracker from a template in the pose of the first scan. `threads` is the number of
@@ -395,13 +396,15 @@ DYNMESH_EXPORT dynmesh_status dynmesh_tracker_create_with(const int32_t* faces, 
 DYNMESH_EXPORT void dynmesh_tracker_destroy(dynmesh_tracker* tracker);
 
 /// Finds the template in a scan of any number of points. All positions are in the axes and the unit
-/// of the template. `normals` has a row for each point, or is
-/// null, and then they are estimated. `viewpoints` has a row for each sensor, or is null. `out` has
-/// a row for each vertex. `report` may be null. The first scan after creation or a reset must be
-/// where the template is, or DYNMESH_INVALID_ARGUMENT is returned.
+/// of the template. `normals` has a row for each point, or is null, and then they are estimated.
+/// `viewpoints` has a row for each sensor, or is null. `colours` has a row for each point, or is
+/// null; see Scan in tracker.hpp. `out` has a row for each vertex. `report` may be null. The first
+/// scan after creation or a reset must be where the template is, or DYNMESH_INVALID_ARGUMENT is
+/// returned.
 DYNMESH_EXPORT dynmesh_status dynmesh_tracker_push(
     dynmesh_tracker* tracker, const dynmesh_points* points, const dynmesh_points* normals,
-    const dynmesh_points* viewpoints, const dynmesh_output* out, dynmesh_tracking_report* report);
+    const dynmesh_points* viewpoints, const dynmesh_points* colours, const dynmesh_output* out,
+    dynmesh_tracking_report* report);
 
 /// Finds the template in the depth images of one or several cameras of the same moment.
 DYNMESH_EXPORT dynmesh_status dynmesh_tracker_push_depth(dynmesh_tracker* tracker,

@@ -50,6 +50,9 @@ struct Scan {
   /// (c, 3) the positions of the sensors, to which estimated normals turn, and of which
   /// `agreement_of_sensors` tells. Null if not known.
   Points<const Real> viewpoints = {};
+  /// (n, 3) the colours of the points, in any unit, which tell how the surface slides along itself.
+  /// Those of the template are learned where each vertex is first measured. Null if not known.
+  Points<const Real> colours = {};
 };
 
 /// A depth image of a pinhole camera, without distortion.
@@ -68,6 +71,9 @@ struct DepthImage {
   /// Row by row: the rigid motion from the axes of the camera to those of the template. The camera
   /// looks along its +z axis, with x to the right and y down, as in OpenCV.
   std::array<double, 16> pose{};
+  /// The colours of the pixels, three bytes each, row by row and packed, as those of a Scan. All
+  /// images of a call have them or none has. Null if not known.
+  const std::uint8_t* colours = nullptr;
 };
 
 /// What a tracker reports of a frame. `known` counts the vertices that have a measured point,
@@ -88,10 +94,10 @@ struct TrackingReport : FrameReport {
 /// They throw std::invalid_argument for bad input, with a message that says what is wrong, where,
 /// and with which value: a coordinate that is not finite or beyond 1e18 for float or 1e200 for
 /// double; a wrong number of rows; a null pointer; a stride of 0; intrinsics that are singular, a
-/// pose that is not rigid, a negative depth. The first scan after construction or `reset` must be
-/// where the template is: if most of its points are elsewhere, it is refused with the distance;
-/// `register_template` tells where it is. Later scans that are far away, or
-/// empty, count as frames in which nothing was observed. No points at all are allowed.
+/// pose that is not rigid, a negative depth, colours of some images only. The first scan after
+/// construction or `reset` must be where the template is: if most of its points are elsewhere, it
+/// is refused with the distance; `register_template` tells where it is. Later scans that are far
+/// away, or empty, count as frames in which nothing was observed. No points at all are allowed.
 ///
 /// If a call throws any exception, the tracker stays as it was before the call and nothing is
 /// written to `tracked`. FrameStream says what threads may do. A state of a completer is refused.

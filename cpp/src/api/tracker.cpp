@@ -55,7 +55,7 @@ struct Tracking {
   using Report = TrackingReport;
 
   /// What a state is of. The last character is the version of the format.
-  static constexpr StateFormat format = {'d', 'y', 'n', 't', 'r', 'a', 'c', 'K'};
+  static constexpr StateFormat format = {'d', 'y', 'n', 't', 'r', 'a', 'c', 'L'};
   static constexpr const char* name = "tracker";
 
   Tracking(Stream& shared, const TrackerSettings& settings, std::vector<Vector3> frame)
@@ -190,7 +190,8 @@ TrackingReport Tracker<Real>::push(const Scan<Real>& scan, Points<Real> tracked)
   check_output(tracked, n_vertices(),
                {{"points", Extent::of(scan.points)},
                 {"normals", Extent::of(scan.normals)},
-                {"viewpoints", Extent::of(scan.viewpoints)}});
+                {"viewpoints", Extent::of(scan.viewpoints)},
+                {"colours", Extent::of(scan.colours)}});
   return track(stream, measured, tracked, start);
 }
 

@@ -143,6 +143,7 @@ std::vector<DepthImage> images_of(const dynmesh_depth_image* images, std::int64_
     image.column_stride = static_cast<std::ptrdiff_t>(is_dense ? 1 : given.column_stride);
     std::ranges::copy(given.intrinsics, image.intrinsics.begin());
     std::ranges::copy(given.pose, image.pose.begin());
+    image.colours = given.colours;
     converted.push_back(image);
   }
   return converted;
@@ -532,11 +533,13 @@ dynmesh_status dynmesh_push_sparse(dynmesh_completer* completer, const int32_t* 
 
 dynmesh_status dynmesh_tracker_push(dynmesh_tracker* tracker, const dynmesh_points* points,
                                     const dynmesh_points* normals, const dynmesh_points* viewpoints,
-                                    const dynmesh_output* out, dynmesh_tracking_report* report) {
+                                    const dynmesh_points* colours, const dynmesh_output* out,
+                                    dynmesh_tracking_report* report) {
   return complete(tracker, out, report, [&]<class Real>(Tracker<Real>& t, auto to) {
     Scan<Real> scan = {points_of<const Real>("points", points)};
     if (normals != nullptr) scan.normals = points_of<const Real>("normals", normals);
     if (viewpoints != nullptr) scan.viewpoints = points_of<const Real>("viewpoints", viewpoints);
+    if (colours != nullptr) scan.colours = points_of<const Real>("colours", colours);
     return t.push(scan, to());
   });
 }

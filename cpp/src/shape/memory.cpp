@@ -79,6 +79,10 @@ void check_memory(const Memory& memory, double largest) {
   if (!(memory.tracking.times_weight > 0 && memory.tracking.times_weight <= 1)) {
     refuse_state("has no weight of points");
   }
+  const auto is_mask = [](std::uint8_t value) { return value <= 1; };
+  if (!std::ranges::all_of(memory.tracking.colours.is_known, is_mask)) {
+    refuse_state("does not tell which colours are known");
+  }
   if (memory.tracking.is_start > 1) refuse_state("does not tell whether a frame was good");
   if (memory.tracking.good_in_a_row < 0 || !(memory.tracking.recent.growth > 0)) {
     refuse_state("holds recent frames that no tracker can have left");

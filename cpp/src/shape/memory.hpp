@@ -124,13 +124,20 @@ struct RecentFrames {
   double growth = 1;  ///< of the last one
 };
 
+/// The colours of a surface, as they were where each vertex was first measured.
+struct SurfaceColours {
+  std::vector<Vector3> of_vertices;    ///< (k,) 0 where they are not known
+  std::vector<std::uint8_t> is_known;  ///< (k,)
+};
+
 /// What trackers alone remember.
 struct TrackingMemory {
   std::vector<Vector3> before;            ///< (k,) the frame before the last one
   FitMemory coarse_fit;                   ///< of the coarse mesh
   std::vector<double> coarse_departures;  ///< of the coarse mesh
   double times_weight = 1;                ///< as FitOptions
-  std::vector<Vector3> good;              ///< (k,) the last good frame, at first frame 0
+  SurfaceColours colours;
+  std::vector<Vector3> good;  ///< (k,) the last good frame, at first frame 0
   RecentFrames recent;
   int good_in_a_row = 0;  ///< since the surface was lost, up to a limit, which is that of frame 0
   /// The number of frames in which it is not sought elsewhere, or none: until a frame is good.
@@ -221,6 +228,8 @@ void each_number(Visited& memory, const Visit& visit) {
   visit(memory.departures);
   visit(tracking.coarse_departures);
   visit(tracking.times_weight);
+  visit(tracking.colours.of_vertices);
+  visit(tracking.colours.is_known);
   visit(memory.errors.errors);
   visit(memory.errors.changes);
   visit(memory.errors.energies);

@@ -113,6 +113,20 @@ void CoarseSurface::choose(const Memory& memory, Memory& coarse) const {
   coarse.departures = memory.tracking.coarse_departures;
 }
 
+SurfaceColours CoarseSurface::colours(const SurfaceColours& of_whole) const {
+  SurfaceColours means = {std::vector<Vector3>(size()), std::vector<std::uint8_t>(size())};
+  std::vector<double> numbers(size());
+  for (std::size_t v = 0; v < nearest_.size(); ++v) {
+    if (of_whole.is_known[v] == 0) continue;
+    const std::size_t c = at(nearest_[v]);
+    numbers[c] += 1;
+    means.is_known[c] = 1;
+    means.of_vertices[c] =
+        means.of_vertices[c] + (1 / numbers[c]) * (of_whole.of_vertices[v] - means.of_vertices[c]);
+  }
+  return means;
+}
+
 /// As method detail: Q is turned further as the coarse vertices were, and X is solved for; then Q
 /// is fitted to it, and X is solved for again.
 std::vector<Vector3> CoarseSurface::restored(const Memory& last, const Memory& next,

@@ -44,6 +44,9 @@ class CoarseSurface {
   /// Copies what a memory of the whole surface holds of the coarse vertices, but for the shape.
   void choose(const Memory& memory, Memory& coarse) const;
 
+  /// (coarse vertices,) the means of the colours of the vertices that follow each.
+  [[nodiscard]] SurfaceColours colours(const SurfaceColours& of_whole) const;
+
   /// (k,) X for the positions and rotations of the coarse mesh in `next`, which were those in
   /// `last` in the frame of `memory`. `rest` is the rest shape. `found` then holds the rotations of
   /// X.

@@ -137,6 +137,15 @@ struct TrackingConstants {
   /// A sheet is cloth if its own planes notice one of its rigid motions by less than this share of
   /// the mean squared displacement. Cloth has up to 0.02, a face 0.07.
   double largest_slippage = 0.04;
+  /// Colours that vary, over this length, by as much as they are usually off weigh as much as the
+  /// plane of their point, and others less, down to a share that is not worth a row. One that is
+  /// off by so many times what is usual, or whose place would be so far, counts a quarter. Those of
+  /// a vertex are fitted to its points so often.
+  double colour_noise = 0.1;
+  double least_colour_weight = 0.02;
+  double usual_colours = 8;
+  double farthest_colour = 1;
+  int colour_fits = 5;
   /// The weight of a row that draws the boundary to where the points end, compared with that of a
   /// point, and how far a vertex of that of cloth lies beyond them at most; what is farther was not
   /// seen. Points that lie as far beyond the boundary tell that the scan goes on there.

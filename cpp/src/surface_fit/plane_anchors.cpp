@@ -13,6 +13,7 @@ PlaneAnchors::PlaneAnchors(std::span<const SurfaceRow> rows, Field x, const Topo
   const auto component = [&](std::size_t v) { return at(topology.component[v]); };
   std::vector<double> along(x.size());
   for (const SurfaceRow& row : rows) {
+    if (row.is_along) continue;  // it tells nothing of the distance from the surface
     is_drawn[component(row.corners[0])] = 1;
     const double distance = dot(row.normal, row.point - row.on(x));
     for (std::size_t s = 0; s < 3; ++s) {

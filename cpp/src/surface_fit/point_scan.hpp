@@ -28,6 +28,7 @@ class PointScan {
   std::vector<Vector3> points;   ///< (n,) finite
   std::vector<Vector3> normals;  ///< (n,) of unit length; 0 if it is not known
   std::vector<Vector3> sensors;  ///< (c,) where they stand, may be empty
+  std::vector<Vector3> colours;  ///< (n,) in any unit; empty if they are not known
 
   /// Sets each normal to that of the plane that fits the nearest points best (Hoppe et al. 1992),
   /// or those within the radius if they are more, or still more where noise hides the direction of

@@ -143,6 +143,23 @@ Vector3 point_of(const DepthImage& image, const Pixel& pixel) {
          depth * axis(image.pose, 2);
 }
 
+/// The mean colour of the pixels that measured something, of those that a pixel of a `size` times
+/// smaller image stands for. There is one.
+Vector3 colour_of(const DepthImage& image, std::size_t size, const Pixel& pixel) {
+  Vector3 sum;
+  double n = 0;
+  for (std::size_t r = pixel.row * size; r < (pixel.row + 1) * size; ++r) {
+    for (std::size_t c = pixel.column * size; c < (pixel.column + 1) * size; ++c) {
+      if (!(measured_depth(image, r, c) > 0)) continue;
+      const std::uint8_t* const colour = image.colours + 3 * (r * image.width + c);
+      sum = sum + Vector3{static_cast<double>(colour[0]), static_cast<double>(colour[1]),
+                          static_cast<double>(colour[2])};
+      n += 1;
+    }
+  }
+  return (1 / n) * sum;
+}
+
 /// The pixel beside one if it measured the same surface; otherwise that one itself.
 Pixel beside(const DepthImage& image, const Pixel& pixel, const Pixel& other, double jump) {
   // The row and column before the first are unsigned numbers that have wrapped to beyond the last.
@@ -223,7 +240,12 @@ Vector3 normal_around(const DepthImage& image, const Pixel& pixel, std::size_t r
 }  // namespace
 
 PointScan point_scan_of(std::span<const DepthImage> images, double jump, std::size_t most) {
-  for (std::size_t i = 0; i < images.size(); ++i) check_depth_image(i, images[i]);
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    check_depth_image(i, images[i]);
+    if ((images[i].colours == nullptr) == (images[0].colours == nullptr)) continue;
+    refuse_image("colours", i, "are ", images[i].colours == nullptr ? "missing" : "given",
+                 ", unlike those of image 0; all images have colours or none has");
+  }
   double measured = 0;
   for (const DepthImage& image : images) {
     for (std::size_t r = 0; r < image.height; ++r) {
@@ -257,6 +279,7 @@ PointScan point_scan_of(std::span<const DepthImage> images, double jump, std::si
         scan.points.push_back(point);
         scan.normals.push_back((is_away ? -1.0 : 1.0) * unit_of(normal));
         scan.sensor_numbers.push_back(number);
+        if (full.colours != nullptr) scan.colours.push_back(colour_of(full, size, here));
       }
     }
   }

@@ -42,19 +42,23 @@ inline Vector3 direction_of(const Vector3& normal) {
   return (1 / std::sqrt(squared_norm(scaled))) * scaled;
 }
 
-/// Checks and converts a scan, whose normals and viewpoints may be missing. Normals that are not
-/// given are estimated, at the scale of a mesh with this mean edge.
+/// Checks and converts a scan, whose normals, viewpoints and colours may be missing. Normals that
+/// are not given are estimated, at the scale of a mesh with this mean edge.
 template <class Real>
 PointScan point_scan_of(const Scan<Real>& scan, double mean_edge, Workers& workers) {
   PointScan measured;
   measured.points = checked_rows("points", scan.points);
   const bool has_normals = scan.normals.data != nullptr;
-  if (has_normals && scan.normals.count != scan.points.count) {
-    refuse("normals", "has ", scan.normals.count, " rows, but points has ", scan.points.count);
-  }
+  const auto check_count = [&](const char* name, const Points<const Real>& rows) {
+    if (rows.data == nullptr || rows.count == scan.points.count) return;
+    refuse(name, "has ", rows.count, " rows, but points has ", scan.points.count);
+  };
+  check_count("normals", scan.normals);
+  check_count("colours", scan.colours);
   if (has_normals) measured.normals = checked_rows("normals", scan.normals);
   for (auto& normal : measured.normals) normal = direction_of(normal);
   measured.sensors = checked_rows("viewpoints", scan.viewpoints);
+  measured.colours = checked_rows("colours", scan.colours);
   if (!has_normals) measured.estimate_normals(mean_edge, workers);
   return measured;
 }

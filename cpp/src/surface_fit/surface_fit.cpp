@@ -7,6 +7,7 @@
 #include "base/geometry.hpp"
 #include "base/statistics.hpp"
 #include "mesh/decimation.hpp"
+#include "surface_fit/surface_colours.hpp"
 
 namespace dynmesh {
 namespace {
@@ -103,7 +104,11 @@ FittedSurface SurfaceFit::fit(const Memory& memory, const PointScan& scan, Memor
   surface.choose(memory, last);
   level.find_shape(last);
   Memory found = last;
-  FitOptions options = {.times_weight = memory.tracking.times_weight};
+  // Colours are matched on the template, unless it only follows.
+  FitOptions options = {.times_weight = memory.tracking.times_weight, .matches_colours = is_live_};
+  if (is_live_ && !scan.colours.empty()) {
+    last.tracking.colours = surface.colours(memory.tracking.colours);
+  }
   // Where the surface moves farther, what was measured of the template says nothing any more.
   const TrackingConstants& constants = level.constants();
   if (usual_step(memory) < 3 * constants.corrected_within * level.mean_edge()) {
@@ -124,7 +129,9 @@ void SurfaceFit::remember(const Memory& memory, const FittedSurface& found, bool
   whole_.remember(memory, moves, next);
   next.tracking.times_weight =
       next_times_weight(memory, found, whole_.mean_edge(), whole_.constants());
+  next.tracking.colours = memory.tracking.colours;
   if (!is_lost) {
+    learn_colours(found.points, whole_.constants(), next.tracking.colours);
     next.departures = whole_.departures(next, memory.departures);
   } else {
     next.departures = memory.departures;

@@ -39,6 +39,8 @@ SurfaceLevel::SurfaceLevel(std::vector<Triangle> faces, const Topology& topology
 
 void SurfaceLevel::begin(Memory& memory) const {
   memory.tracking.before = memory.last;
+  memory.tracking.colours = {std::vector<Vector3>(memory.last.size()),
+                             std::vector<std::uint8_t>(memory.last.size())};
   step_.begin(memory);
 }
 
@@ -180,11 +182,15 @@ bool SurfaceLevel::iterate(int left, bool fits_modes, double settled, const FitO
   const double weight =
       std::max(constants_.first_weight, last_weight * std::pow(constants_.weight_growth, -left));
   const bool arrives = left < constants_.final_iterations;
+  const bool has_colours =
+      arrives && options.matches_colours && !frame.points.scan->colours.empty();
+  const SurfaceColours* const colours = has_colours ? &memory.tracking.colours : nullptr;
   frame.rows = matcher_.match(frame.x, frame.visibility,
                               {.walked = constants_.resolution,
                                .weight = weight,
                                .looks_farther = !arrives,
-                               .points = arrives ? all_points : points_at_first_},
+                               .points = arrives ? all_points : points_at_first_,
+                               .colours = colours},
                               frame.points);
   frame.ties = step_.turn_to(frame.x, memory.departures, next);
   const Pulls pulls = {frame.rows, options.landmarks, frame.ties.all};

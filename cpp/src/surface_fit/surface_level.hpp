@@ -31,6 +31,7 @@ struct FitOptions {
   int fewest_iterations = 1;
   double times_weight = 1;
   Field whole = {};  ///< the last frame of the whole of which this is a coarse mesh, or empty
+  bool matches_colours = true;                                     ///< of points that have them
   double yields_beyond = std::numeric_limits<double>::infinity();  ///< as StepInput
 };
 

@@ -8,6 +8,7 @@
 
 #include "base/geometry.hpp"
 #include "base/statistics.hpp"
+#include "surface_fit/surface_colours.hpp"
 
 namespace dynmesh {
 namespace {
@@ -250,7 +251,7 @@ SurfaceMatcher::Rows SurfaceMatcher::match(Field x, const Visibility& visibility
       if (squared_norm(match.normal) == 0) continue;
       const double sign = dot(point.normal, match.normal) < 0 ? -1 : 1;
       const auto mean = sign * point.normal + match.normal;
-      rows[i] = {match.place, (1 / std::sqrt(squared_norm(mean))) * mean, point.position, 1};
+      rows[i] = {match.place, (1 / std::sqrt(squared_norm(mean))) * mean, point.position, 1, i};
       if (!heights_.empty()) rows[i].point = rows[i].point - to_finer(surface, match);
       if (!points.corrections.empty()) {
         const auto& [at_place, offset] = points.corrections[i];
@@ -261,6 +262,9 @@ SurfaceMatcher::Rows SurfaceMatcher::match(Field x, const Visibility& visibility
   });
   std::erase_if(rows, [](const SurfaceRow& row) { return row.weight == 0; });
   weigh(surface, options, static_cast<double>(every), points, rows);
+  if (options.colours != nullptr) {
+    add_colour_rows(x, *options.colours, points, constants_, workers_, rows);
+  }
   return rows;
 }
 

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "base/workers.hpp"
+#include "shape/memory.hpp"
 #include "shape/rotations.hpp"
 #include "surface_fit/cloth.hpp"
 #include "surface_fit/constants.hpp"
@@ -35,6 +36,8 @@ struct MatchOptions {
   std::size_t points = std::numeric_limits<std::size_t>::max();
   /// The distance at which a point counts half, whatever the material; 0: what is usual around it.
   double scale = 0;
+  /// What is remembered of the colours of the surface, if they are to be matched.
+  const SurfaceColours* colours = nullptr;
 };
 
 /// The points of a scan, or some of them, and the place of each on a surface X. Places that were

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <dynmesh/types.hpp>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -16,12 +17,16 @@
 
 namespace dynmesh {
 
+constexpr std::size_t no_point = std::numeric_limits<std::size_t>::max();
+
 /// A term w (n . (sum_s b_s X_s - q))^2 of the energy of positions X, with the place that has the
 /// shares b.
 struct SurfaceRow : Place {
-  Vector3 normal;     ///< n
-  Vector3 point;      ///< q
-  double weight = 0;  ///< w
+  Vector3 normal;                 ///< n
+  Vector3 point;                  ///< q
+  double weight = 0;              ///< w
+  std::size_t number = no_point;  ///< of its point in MatchedPoints
+  bool is_along = false;  ///< whether n lies along the surface, since colours tell the place
 };
 
 /// The linearised rigid motion that brings the places of rows on a surface X closest to the planes

@@ -95,6 +95,7 @@ def scan_points(
     cameras: Cameras = 4,
     *,
     points: int = 20_000,
+    colours: Positions | None = None,
     **sensor: Unpack[Sensor],
 ) -> Iterator[PointScan]:
     """Scans the surface that cameras see, as a set of points with normals.
@@ -109,6 +110,7 @@ def scan_points(
         cameras: a number of cameras that stand around frame 0, as :func:`orbit` places them; the
             same cameras for all frames; or a function that returns those of a frame.
         points: number of points of a frame before some are lost; fewer where nothing is seen.
+        colours: (k, 3) those of the vertices, which are interpolated between them; None for none.
         **sensor: see :class:`Sensor`.
 
     Returns:
@@ -120,7 +122,7 @@ def scan_points(
     def scans() -> Iterator[PointScan]:
         for scene in _scenes_of(frames, faces, cameras, holes, up, seed):
             rng = rng_of(Purpose.SCAN, seed, scene.number)
-            positions, normals = _sampled(scene, points, rng)
+            positions, normals, of_points = _sampled(scene, points, rng, colours)
             positions += noise * scene.mean_edge * rng.standard_normal(positions.shape)
             moved = rng.random(len(positions)) < outliers
             away = unit(rng.standard_normal((int(moved.sum()), 3)))
@@ -132,6 +134,7 @@ def scan_points(
                 positions[kept].astype(dtype),
                 normals[kept].astype(dtype),
                 viewpoints.astype(dtype),
+                None if colours is None else of_points[kept].astype(dtype),
             )
 
     return scans()
@@ -208,15 +211,18 @@ def _scenes_of(
         yield _Scene(number, points, triangles, own, mask, mean_edge)
 
 
-def _sampled(scene: _Scene, wanted: int, rng: "np.random.Generator") -> tuple[Floats, Floats]:
-    """Returns (n, 3) points on the surface that cameras see, and their normals."""
+def _sampled(
+    scene: _Scene, wanted: int, rng: "np.random.Generator", colours: Positions | None
+) -> tuple[Floats, Floats, Floats]:
+    """Returns (n, 3) points on the surface that cameras see, their normals and colours, or 0."""
+    of_vertices = np.zeros_like(scene.points) if colours is None else np.asarray(colours)
     faces = scene.faces
     corners = scene.points.astype(np.float64)[faces]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     areas = np.linalg.norm(normals, axis=1)
     areas[~np.isfinite(areas)] = 0
     normals = unit(np.nan_to_num(normals))
-    result, sides = [np.zeros((0, 3))], [np.zeros((0, 3))]
+    result, sides, shades = ([np.zeros((0, 3))] for _ in range(3))
     n_found = n_tried = 0
     for _ in range(_ROUNDS if areas.any() else 0):
         share = max(n_found / n_tried, 0.05) if n_tried else 0.3
@@ -232,10 +238,12 @@ def _sampled(scene: _Scene, wanted: int, rng: "np.random.Generator") -> tuple[Fl
         seen = side != 0
         result.append(points[seen])
         sides.append(side[seen, None] * normals[face][seen])
+        shades.append(np.einsum("nc,ncx->nx", weights[seen], of_vertices[faces[face[seen]]]))
         n_found, n_tried = n_found + int(seen.sum()), n_tried + n
         if n_found >= wanted:
             break
-    return np.concatenate(result)[:wanted], np.concatenate(sides)[:wanted]
+    points, normals, colours = (np.concatenate(each)[:wanted] for each in (result, sides, shades))
+    return points, normals, colours
 
 
 def _seen_from(scene: _Scene, points: Floats, normals: Floats) -> NDArray[np.float64]:

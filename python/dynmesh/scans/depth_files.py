@@ -27,6 +27,7 @@ _DEPTHS = ("Z", "V", "Y", "R")
 """Names of channels with depth in OpenEXR, of which the first that there is counts."""
 
 MASK_SUFFIXES = (".png", ".tif", ".tiff", ".bmp", ".npy")
+COLOUR_SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp")
 
 
 class DepthImage(NamedTuple):
@@ -116,6 +117,22 @@ def read_mask(file: Path, size: tuple[int, int], least: float | None = None) -> 
         if values.ndim == 3:  # without an alpha channel
             values = values[..., : 1 if values.shape[2] == 2 else 3].max(axis=2)
         return np.asarray(values != 0 if least is None else values >= least)
+
+
+def read_colours(file: Path, camera: ScanCamera) -> NDArray[np.uint8]:
+    """Reads (h, w, 3) colours of the pixels of the depth images of a camera."""
+    with naming(file), of_library("is cut or damaged"):
+        colours = np.asarray(require_pillow().open(file).convert("RGB"))
+        if colours.shape[1::-1] != camera.size:
+            raise InputError(
+                f"has {colours.shape[1]} x {colours.shape[0]} pixels, but the depth images of "
+                f"camera {camera.name!r} have {camera.size[0]} x {camera.size[1]}; colours must be "
+                "registered to depth"
+                if camera.size
+                else "is of a camera without images"
+            )
+    rows, columns = (slice(None, None, -1 if axis in camera.flipped else 1) for axis in "yx")
+    return np.ascontiguousarray(colours[rows, columns])
 
 
 def _opened(opened: BinaryIO, file: Path) -> DepthImage:

@@ -2,6 +2,7 @@
 
 import os
 import re
+from bisect import bisect
 from collections.abc import Iterable, Mapping
 from itertools import chain
 from pathlib import Path
@@ -10,10 +11,18 @@ from typing import Any, TypeAlias
 from .._checks import check_number, path_of
 from .._errors import InputError, within
 from ..formats.format import Gaps
-from ..formats.names import FrameNames, Number, by_number, files_in, matching, numbers_in
+from ..formats.names import (
+    FrameNames,
+    Number,
+    by_number,
+    files_in,
+    matching,
+    numbers_in,
+    usual_distance,
+)
 from ..formats.text import lines_in, words_in
 from .cameras import Rig, ScanCamera
-from .depth_files import MASK_SUFFIXES, SUFFIXES
+from .depth_files import COLOUR_SUFFIXES, MASK_SUFFIXES, SUFFIXES
 
 _LIST = "depth.txt"
 
@@ -142,6 +151,33 @@ def folder_of_masks(subject: Any, least_confidence: Any, *, of_points: bool = Fa
         if of_points and value is not None:
             raise InputError("chooses pixels of depth images; these are points", argument=name)
     return folder
+
+
+def colours_of(
+    folder: Path, rig: Rig, images: Mapping[str, Mapping[Number, Path]], gaps: Gaps
+) -> dict[Path, Path]:
+    """Finds the colour image of each depth image: that with the nearest number, or time.
+
+    It must be nearer than half of the usual distance between depth images.
+    """
+    if not folder.is_dir():
+        raise InputError("must be a folder of colour images", argument="colours", file=folder)
+    found = images_by_camera(folder, rig, COLOUR_SUFFIXES)
+    result = dict[Path, Path]()
+    for camera, files in images.items():
+        numbers = sorted(found[camera])
+        farthest = usual_distance(sorted(files)) / 2
+        for number, file in files.items():
+            at = bisect(numbers, number)
+            nearest = min(
+                numbers[max(at - 1, 0) : at + 1], key=lambda n: abs(n - number), default=None
+            )
+            if nearest is not None and abs(nearest - number) <= farthest:
+                result[file] = found[camera][nearest]
+            elif gaps == "refuse":
+                message = f"there is no colour image in {folder} for {file.name}"
+                raise InputError(f"{message}; with `gaps` lost, it is not needed")
+    return result
 
 
 Masks: TypeAlias = list[tuple[Path, float | None]]

@@ -46,35 +46,41 @@ class MemoryReader(ScanReader):
             return None
         with naming(self.path), locating(frame=number):
             if isinstance(scan, DepthScan):
-                depth, *others = zip(*image_arrays(*scan), strict=True)
+                arrays = image_arrays(*scan, scan.colours)
+                images: Any = map(list, zip(*arrays, strict=True))
+                depth, intrinsics, poses, shades = images
                 seen = [np.where(np.isfinite(one) & (one > 0), one, 0) for one in depth]
-                return DepthScan(seen, *map(list, others))
+                return DepthScan(seen, intrinsics, poses, scan.colours and shades)
             is_pair = isinstance(scan, tuple) and len(scan) == 2 and np.ndim(scan[0]) == 2
             given = scan if is_pair or isinstance(scan, PointScan) else (scan,)
             points, normals, places = (*given, None, None)[:3]
             points = first_frame("points", points)
-            _, normals, places = scan_arrays(points, normals, places, points.dtype)
-            result = measured(points, normals, lambda row: f"point {row}")
+            given = scan.colours if isinstance(scan, PointScan) else None
+            _, normals, places, colours = scan_arrays(points, normals, places, points.dtype, given)
+            result = measured(points, normals, lambda row: f"point {row}", colours)
             return result._replace(viewpoints=places)
 
 
 @contextmanager
 def opened_scans(
-    scans: PathLike | InMemory, frames: slice | range | None = None, **reading: Unpack[ScanSource]
+    scans: PathLike | InMemory,
+    frames: slice | range | None = None,
+    colours: PathLike | None = None,
+    **reading: Unpack[ScanSource],
 ) -> Iterator[ScanReader]:
     """Yields the scans wherever they are; those that a verb makes are kept in a temporary folder.
 
     The keywords are those of :func:`open_scans`; scans that are read already take none.
     """
     if isinstance(scans, str | os.PathLike):
-        yield open_scans(path_of("scans", scans), frames=frames, **reading)
+        yield open_scans(path_of("scans", scans), frames=frames, colours=colours, **reading)
         return
     if isinstance(scans, ScanRun):
         with tempfile.TemporaryDirectory(prefix="dynmesh-") as folder:
             scans.write(Path(folder) / "scans")
-            yield open_scans(Path(folder) / "scans", frames=frames, **reading)
+            yield open_scans(Path(folder) / "scans", frames=frames, colours=colours, **reading)
         return
-    for name, value in reading.items():
+    for name, value in {"colours": colours, **reading}.items():
         if value is not None:
             message = "is for the files of scans, not for scans in memory"
             raise InputError(message, argument=name, value=value)

@@ -7,9 +7,10 @@ are NaN or 0 are unknown, and if all are, the scan has none.
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .._arrays import Positions, floats
 from .._checks import refuse_mask
@@ -20,6 +21,10 @@ from ..scan import PointScan
 
 _LIKE_COLOURS = 31
 """Whole numbers up to 255, of which one is larger than this, are colours, not normals."""
+
+
+_NORMAL = "nx", "ny", "nz"
+_COLOUR = "red", "green", "blue"
 
 
 class PointFile(NamedTuple):
@@ -45,18 +50,20 @@ def write_ply(
     metres_per_unit: float | None = None,
     up_axis: str | None = None,
 ) -> None:
-    """Writes points and their normals as PLY, binary and little-endian, in their precision."""
+    """Writes points, normals and colours as PLY, binary and little-endian, in their precision."""
     refuse_mask("viewpoints", scan.viewpoints)
-    normals = None if scan.normals is None else floats("normals", scan.normals)
-    scan = PointScan(floats("points", scan.points), normals, None)
-    kind = "double" if scan.points.dtype == np.float64 else "float"
-    names, columns = [*"xyz"], [scan.points]
+    points = floats("points", scan.points)
+    kind = "double" if points.dtype == np.float64 else "float"
+    names, columns = [*"xyz"], [points]
     if scan.normals is not None:
-        names += ["nx", "ny", "nz"]
-        columns.append(scan.normals)
+        names += _NORMAL
+        columns.append(floats("normals", scan.normals))
+    if scan.colours is not None:
+        names += _COLOUR
+        columns.append(np.asarray(scan.colours))
     stated = {"up_axis": up_axis, "metres_per_unit": metres_per_unit}
     comments = [f"{name} {value}" for name, value in stated.items() if value is not None]
-    header = ply_header(comments, len(scan.points), dict.fromkeys(names, kind))
+    header = ply_header(comments, len(points), dict.fromkeys(names, kind))
     rows = np.concatenate(columns, axis=1).astype("<f8" if kind == "double" else "<f4")
     file.write_bytes(header + rows.tobytes())
 
@@ -65,9 +72,11 @@ def _read_ply(file: Path) -> PointFile:
     columns, comments = read_elements(file)
     vertices = columns.get("vertex", {})
     points = coordinates(vertices, ("x", "y", "z"))
-    names = ("nx", "ny", "nz")
-    normals = coordinates(vertices, names) if vertices.keys() & names else None
-    scan = measured(points, normals, lambda row: f"point {row}")
+    normals = coordinates(vertices, _NORMAL) if vertices.keys() & _NORMAL else None
+    colours = None
+    if vertices.keys() >= {*_COLOUR}:  # bytes, or numbers up to 1
+        colours = np.stack([np.asarray(vertices[name]) for name in _COLOUR], axis=1)
+    scan = measured(points, normals, lambda row: f"point {row}", colours)
     return PointFile(scan, metadata_in(comments))
 
 
@@ -111,7 +120,12 @@ point_formats: dict[str, Callable[[Path], PointFile]] = {
 """What reads a file, by its suffix."""
 
 
-def measured(points: Positions, normals: Positions | None, name: Callable[[int], str]) -> PointScan:
+def measured(
+    points: Positions,
+    normals: Positions | None,
+    name: Callable[[int], str],
+    colours: NDArray[Any] | None = None,
+) -> PointScan:
     """Leaves out what was not measured, and refuses what cannot be used."""
     if normals is not None and len(normals) != len(points):
         raise InputError(f"has {len(points)} points, but {len(normals)} normals")
@@ -137,7 +151,14 @@ def measured(points: Positions, normals: Positions | None, name: Callable[[int],
         normals = normals / np.where(lengths > 0, lengths, 1)[:, None]
         if not lengths.any():
             normals = None
-    return PointScan(points, normals, None)
+    if colours is not None:
+        colours = np.ascontiguousarray(colours[measured], points.dtype)
+        finite = np.isfinite(colours).all(axis=1)
+        if not finite.all():
+            row = int(finite.argmin())
+            wrong = f"{_told(colours[row])}, which is not finite"
+            raise InputError(f"{name(int(rows[row]))}: has the colour {wrong}")
+    return PointScan(points, normals, None, colours)
 
 
 def _told(row: Positions) -> str:

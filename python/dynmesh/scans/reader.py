@@ -32,15 +32,26 @@ from .depth_files import (
     SUFFIXES,
     along_axis,
     first_of,
+    read_colours,
     read_depth,
     read_mask,
     require_pillow,
     undistortion,
     without_mirrors,
 )
-from .image_files import folder_of_masks, image_names, images_by_camera, images_in, masks_of
+from .image_files import (
+    colours_of,
+    folder_of_masks,
+    image_names,
+    images_by_camera,
+    images_in,
+    masks_of,
+)
 from .point_files import PointFile, point_formats, read_points
 from .trajectories import Direction
+
+POINTS = "points"
+"""The value of `colours` that means those of the points."""
 
 CAMERAS = "cameras.json"
 """The name under which the cameras are found in a folder of scans."""
@@ -129,10 +140,12 @@ class PointReader(ScanReader):
         numbers: list[Number],
         gaps: Gaps = "refuse",
         read: Callable[[Path], PointFile] = read_points,
+        *,
+        coloured: bool = False,
     ) -> None:
         present = [file for file in files if file is not None]
         super().__init__(path, rig, numbers, present)
-        self._files, self._read = files, read
+        self._files, self._read, self._coloured = files, read, coloured
         if rig is not None and rig.moves and len(files) == 1:
             numbers, _ = numbers_in(present)  # which by itself is frame 0
         self._viewpoints = list[NDArray[np.float64] | None]()
@@ -156,6 +169,11 @@ class PointReader(ScanReader):
         if file is None:
             return None
         scan = self._read(file).scan
+        if not self._coloured:
+            scan = scan._replace(colours=None)
+        elif scan.colours is None:
+            message = f"has no colours, which `colours` {POINTS!r} requires: red, green and blue"
+            raise InputError(message, file=file)
         if viewpoints is None:
             return scan
         return scan._replace(viewpoints=viewpoints.astype(scan.points.dtype))
@@ -170,7 +188,13 @@ class DepthReader(ScanReader):
     """
 
     def __init__(
-        self, path: Path, rig: Rig, gaps: Gaps, subject: Path | None, least: float | None
+        self,
+        path: Path,
+        rig: Rig,
+        gaps: Gaps,
+        subject: Path | None,
+        least: float | None,
+        colours: Path | None = None,
     ) -> None:
         self._undistort = dict[str, Any]()
         for camera in rig.cameras:
@@ -214,6 +238,7 @@ class DepthReader(ScanReader):
                         lost.append(f"no pose of camera {camera.name!r} for frame {n}")
                 self._images.append(seen)
         files = [file for images in self._images for _, file in images]
+        self._colours = None if colours is None else colours_of(colours, rig, by_camera, gaps)
         self._masks, unmasked = masks_of(path, rig, by_camera, subject, least, gaps)
         if unmasked:
             lost += [f"{file.name} has no mask" for file in files if file in unmasked]
@@ -260,7 +285,23 @@ class DepthReader(ScanReader):
             return None
         intrinsics = [np.asarray(camera.intrinsics) for camera, _ in images]
         poses = [camera.camera_to_world for camera, _ in images]
-        return DepthScan([depth for _, depth in images], intrinsics, poses)
+        scan = DepthScan([depth for _, depth in images], intrinsics, poses)
+        if self._colours is None:
+            return scan
+        # Those of a damaged depth image have no place.
+        files = [file for _, file in self._images[number] if file not in self._damaged]
+        if not all(file in self._colours for file in files):
+            return scan
+        pairs = zip(images, files, strict=True)
+        return scan._replace(
+            colours=[self._colours_of(camera, self._colours[file]) for (camera, _), file in pairs]
+        )
+
+    def _colours_of(self, camera: ScanCamera, file: Path) -> NDArray[np.uint8]:
+        """Reads colours, of which a damaged image is an error."""
+        colours = read_colours(file, camera)
+        undistort = self._undistort.get(camera.name)
+        return colours if undistort is None else np.asarray(undistort(colours), np.uint8)
 
     def _read(self, camera: ScanCamera, file: Path) -> NDArray[np.float32] | None:
         """Reads an image; None if it is damaged."""
@@ -296,6 +337,7 @@ def open_scans(
     subject: PathLike | None = None,
     least_confidence: float | None = None,
     frames: slice | range | None = None,
+    colours: PathLike | None = None,
 ) -> ScanReader:
     """Opens scans, to read them frame by frame.
 
@@ -316,6 +358,9 @@ def open_scans(
         least_confidence: pixels whose confidence is less count as not measured. The images of
             confidences have the names of the depth images, with "confidence" instead of "depth".
         frames: the numbers of the frames to read, as a slice; None for all.
+        colours: "points", if the scans are to have the colours of their files (PLY), or a folder of
+            colour images, registered to depth, with the numbers or about the times of the depth
+            images.
     """
     path = path_of("path", path)
     check_choice("gaps", gaps, Gaps)
@@ -329,11 +374,16 @@ def open_scans(
                     f"depth images need cameras: {CAMERAS} beside them, or another file",
                     argument="cameras",
                 )
-            reader: ScanReader = DepthReader(path, rig, gaps, masks, least_confidence)
+            folder = None if colours is None else path_of("colours", colours)
+            reader: ScanReader = DepthReader(path, rig, gaps, masks, least_confidence, folder)
         else:
             folder_of_masks(subject, least_confidence, of_points=True)
+            if colours not in (None, POINTS):
+                message = f"must be {POINTS!r} for files of points, not {colours!r}"
+                raise InputError(message, argument="colours")
             found = find_files(path, suffix, gaps)
-            reader = PointReader(path, rig, found.files, found.numbers, gaps)
+            has_colours = colours is not None
+            reader = PointReader(path, rig, found.files, found.numbers, gaps, coloured=has_colours)
         reader.choose(frames)
         return reader
 

@@ -140,6 +140,7 @@ def track(
     template_unit: Input[float | str | None] = None,
     crop: Input[Crop | str | None] = None,
     remove_planes: Input[bool] = False,
+    colours: Input[PathLike | None] = None,
     recover: Method[bool] = True,
     resolution: Method[Resolution] = "best",
     training: Method[TrainingFrames | None] = None,
@@ -172,6 +173,9 @@ def track(
             mesh, in the unit of the scans.
         remove_planes: whether to leave out floor and walls: planes in the first scan that are
             larger than the mesh.
+        colours: track by colours as well, so that the mesh slides less along itself: "points", if
+            the point clouds have them, or a folder of colour images that are registered to the
+            depth images and have their numbers, or about their times.
         recover: whether to seek the mesh again in a scan in which it is lost: from the last good
             frame and, at most once in ten frames, by a registration.
         resolution: on how many vertices of the mesh it is tracked: "best", on all in the end, or a
@@ -198,7 +202,7 @@ def track(
     check_integer("threads", threads, 1)
     Background(crop, remove_planes)  # which refuses what is no box
     with contextlib.ExitStack() as stack:
-        reader = stack.enter_context(opened_scans(scans, frames, **of_scans))
+        reader = stack.enter_context(opened_scans(scans, frames, colours, **of_scans))
         mesh = stack.enter_context(formats.opened(template, "template"))
         path = reader.path
         units = units_of(reader, mesh, scan_unit, template_unit)

@@ -68,6 +68,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ("both-sides", "sheet:6", [7]),
         ("tracking", "sheet:4 --cameras 1 --frames 2", [5]),
         ("tracking-resolutions", "sheet:4 --cameras 1", [2]),
+        ("tracking-colours", "sheet:4 --cameras 1", [2]),
     ],
 )
 def test_a_table_is_whole(
