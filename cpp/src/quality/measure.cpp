@@ -224,7 +224,7 @@ std::string Measure::reason() const {
                       " of the points lie elsewhere");
       }
       if (leap > 1) {
-        text = joined("the pose was lost: since the last good frame, edges changed by ",
+        text = joined("the pose was lost: since the last frame that was not, edges changed by ",
                       percent(change));
         if (parted > told_share) {
           text += joined(" and parts came apart at ", percent(parted),

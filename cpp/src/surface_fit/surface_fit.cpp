@@ -111,7 +111,7 @@ FittedSurface SurfaceFit::fit(const Memory& memory, const PointScan& scan, Memor
   }
   // Where the surface moves farther, what was measured of the template says nothing any more.
   const TrackingConstants& constants = level.constants();
-  if (usual_step(memory) < 3 * constants.corrected_within * level.mean_edge()) {
+  if (usual_step(memory) < constants.corrected_steps * level.mean_edge()) {
     options.whole = memory.last;
   }
   SurfaceFrame frame = level.find(last, scan, options, found);
