@@ -88,7 +88,6 @@ def test_errors_by_frame_of_missing_vertices_alone() -> None:
 
 def test_a_comparison_that_may_be_meant_otherwise_is_remarked() -> None:
     for ours, truth, told in (
-        (TRUTH, COMPLETED, "were they exchanged"),
         (COMPLETED, replace(TRUTH, start=3), "is number 0, and that of reference is 3"),
         (COMPLETED, replace(TRUTH, times=np.arange(float(N)) ** 2), "frame 2 from the first on"),
     ):
