@@ -342,7 +342,11 @@ Evidence evidence_of(const BentSurface& surface, const Sight& sight, const Point
     all += areas[v];
     seen += sight.seen[v] != 0 ? areas[v] : 0;
   }
-  if (!(seen > 0)) return found;
+  if (!(seen > 0)) {
+    // All of it is too flat to the sensors to tell what is missing, but points tell where it is.
+    if (n > 0) found.explained = near / n;
+    return found;
+  }
   const double spacing = std::sqrt(seen / std::max(near, 1.0));
   // A few points are not everywhere on a surface, however sparse they are.
   spread_along_edges(surface, std::min(quality_limits.hole_spacings * spacing, 0.15 * surface.size),

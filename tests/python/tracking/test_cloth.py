@@ -44,6 +44,17 @@ def test_cloth_that_turns_in_its_own_plane_is_followed_wherever_its_faces_look()
         np.testing.assert_array_equal(again, one)
 
 
+def test_cloth_that_faces_no_sensor_is_judged_by_its_points() -> None:
+    """Too flat to the only sensor to tell which parts of it should be measured."""
+    mesh, low = flat(14), np.array([[40.0, 0, 8]])
+    for moved, quality in (([0, 0, 0], "good"), ([0, 8, 0], "doubtful"), ([0, 0, 30], "ruined")):
+        tracker = Tracker(mesh.faces, mesh.vertices)
+        for shift in ([0, 0, 0], [0, 0, 0], moved):
+            points, normals = torus_scan(mesh, mesh.vertices)
+            tracker.push(points + shift, normals, viewpoints=low)
+        assert tracker.report.quality == quality
+
+
 def test_cloth_through_which_a_wave_runs_slides_along_itself_and_is_followed() -> None:
     mesh = flat(14)
     tracker = Tracker(mesh.faces, mesh.vertices, uncertainty=True)
