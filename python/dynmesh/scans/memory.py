@@ -50,7 +50,7 @@ class MemoryReader(ScanReader):
                 images: Any = map(list, zip(*arrays, strict=True))
                 depth, intrinsics, poses, shades = images
                 seen = [np.where(np.isfinite(one) & (one > 0), one, 0) for one in depth]
-                return DepthScan(seen, intrinsics, poses, scan.colours and shades)
+                return DepthScan(seen, intrinsics, poses, None if scan.colours is None else shades)
             is_pair = isinstance(scan, tuple) and len(scan) == 2 and np.ndim(scan[0]) == 2
             given = scan if is_pair or isinstance(scan, PointScan) else (scan,)
             points, normals, places = (*given, None, None)[:3]
