@@ -239,7 +239,7 @@ class Tracker(Stream):
             colours: the colours or intensities of the points, (n, 3) or (n,), in any unit, which
                 tell how the surface slides along itself. Those of the template are learned where
                 each vertex is first measured, so that they should not change with light or view;
-                what changes alike everywhere, as by exposure, does not matter.
+                what changes slowly along the surface, as by exposure, does not matter.
             out: an array (k, 3) of the tracker's dtype to which the tracked frame is written. If
                 None, a new array is allocated.
 

@@ -263,7 +263,7 @@ SurfaceMatcher::Rows SurfaceMatcher::match(Field x, const Visibility& visibility
   std::erase_if(rows, [](const SurfaceRow& row) { return row.weight == 0; });
   weigh(surface, options, static_cast<double>(every), points, rows);
   if (options.colours != nullptr) {
-    add_colour_rows(x, *options.colours, points, constants_, workers_, rows);
+    add_colour_rows(faces_, x, *options.colours, points, constants_, clusters_, workers_, rows);
   }
   return rows;
 }
