@@ -28,6 +28,7 @@ from .matrices import intrinsics_of, inverted, pose_of, pose_or_lost
 from .trajectories import (
     Direction,
     Trajectory,
+    as_cameras,
     between,
     is_lost,
     poses_beside,
@@ -129,7 +130,7 @@ class Rig:
 
 
 def read_cameras(path: Path, poses: Direction | None = None, scans: Path | None = None) -> Rig:
-    """Reads `cameras.json`, a trajectory or a folder of poses.
+    """Reads `cameras.json`, a `transforms.json` of nerfstudio, a trajectory or a folder of poses.
 
     `poses` is where these lead, if not as the kind of the file has it. Files with one pose each are
     sought in the folder of the scans, too.
@@ -141,6 +142,8 @@ def read_cameras(path: Path, poses: Direction | None = None, scans: Path | None 
         described: Any = {"cameras": [{"name": "camera", "poses": path.name}]}
         if is_json:
             described = json_in(path)
+        if isinstance(described, dict) and "frames" in described:
+            described = as_cameras(described, path.parent)
         folders = [one for one in (scans, path.parent) if one is not None]
         return _rig_of(described, path, partial(_camera_of, folders=folders, direction=poses))
 

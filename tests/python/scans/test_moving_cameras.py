@@ -1,4 +1,4 @@
-"""A pose for each frame, in the files that people have: of dynmesh and TUM."""
+"""A pose for each frame, in the files that people have: of dynmesh, nerfstudio and TUM."""
 
 import json
 from collections.abc import Callable
@@ -37,6 +37,7 @@ SCANS = list(
 )
 POSES = [scan.poses[0] for scan in SCANS]
 MATRIX = np.asarray(SCANS[0].intrinsics[0])
+AXES = np.diag([1.0, -1, -1, 1])
 TIMES = [1305031102.0 + 0.03125 * number for number in range(6)]
 
 
@@ -53,6 +54,23 @@ def own(folder: Path) -> Path:
     camera = ScanCamera("depth", poses, matrices, 1e-3, SIZE, frames=tuple(range(6)))
     write_cameras(folder / "moving.json", Rig((camera,)))
     return folder / "moving.json"
+
+
+def nerfstudio(folder: Path) -> Path:
+    """As `ns-process-data` writes it, in another order and for colour images twice as large."""
+    frames = [
+        {
+            "file_path": f"images/frame_{number:05d}.jpg",
+            "depth_file_path": f"./depth/frame_{number:05d}.png",
+            "transform_matrix": (pose @ AXES).tolist(),
+        }
+        for number, pose in enumerate(POSES)
+    ]
+    (fx, _, cx), (_, fy, cy), _ = 2 * MATRIX
+    size = {"w": 2 * SIZE[0], "h": 2.0 * SIZE[1], "camera_model": "OPENCV", "k1": 0.0}
+    stated = {**size, "fl_x": fx, "fl_y": fy, "cx": cx + 1, "cy": cy + 1, "frames": frames[::-1]}
+    (folder / "transforms.json").write_text(json.dumps(stated))
+    return folder / "transforms.json"
 
 
 def trajectory(folder: Path) -> Path:
@@ -82,7 +100,7 @@ def timed(number: int) -> str:
     return f"{TIMES[number]:.6f}"
 
 
-WAYS = {"own": (own, counted), "tum": (tum, timed)}
+WAYS = {"own": (own, counted), "nerfstudio": (nerfstudio, counted), "tum": (tum, timed)}
 
 
 @pytest.fixture
@@ -125,7 +143,7 @@ def test_a_mesh_is_tracked_by_a_camera_that_moves(depth: Path, tmp_path: Path) -
     run("view", tmp_path / "truth.npz", *shown)
 
 
-@pytest.mark.parametrize("depth", WAYS, indirect=True)
+@pytest.mark.parametrize("depth", ["nerfstudio", "tum"], indirect=True)
 def test_points_are_seen_from_the_pose_of_their_frame(depth: Path, tmp_path: Path) -> None:
     name = timed if depth.name == "tum.json" else counted
     cameras = tmp_path / "groundtruth.txt" if depth.name == "tum.json" else depth
@@ -145,6 +163,11 @@ def test_a_misreading_is_undone_in_every_pose(change: Callable[[Any], Any]) -> N
     for frame in range(6):
         ours, theirs = change(camera).at(frame), change(camera.at(frame))
         np.testing.assert_equal(vars(ours), vars(theirs))
+
+
+def first_frame(**values: Any) -> Callable[[Any], Any]:
+    """Changes what is stated of the last image, which is listed first."""
+    return lambda stated: stated["frames"][0].update(values)
 
 
 def pose_of_own(at: int, **values: Any) -> Callable[[Any], Any]:
@@ -170,6 +193,22 @@ REFUSED: dict[str, tuple[str, Callable[[Any], Any], str]] = {
         "intrinsics: must be those of all poses",
     ),
     "a negative bound": ("own", lambda s: s["cameras"][0].update(within=-1), "within: must be at"),
+    "an image that is not listed": ("nerfstudio", lambda s: s["frames"].pop(2), "for frame 3;"),
+    "a lens": ("nerfstudio", lambda s: s.update(k1=0.05), "k1: is 0.05, but must be 0"),
+    "a lens of one image": ("nerfstudio", first_frame(p2=-0.1), "frame_00005.png: p2: is -0.1"),
+    "a fisheye": (
+        "nerfstudio",
+        lambda s: s.update(camera_model="OPENCV_FISHEYE"),
+        "camera_model: must be one of OPENCV, .*, not 'OPENCV_FISHEYE'",
+    ),
+    "two focal lengths": ("nerfstudio", first_frame(fl_x=3.0), "fl_x: is 3.0, but .* for all"),
+    "no principal point": ("nerfstudio", lambda s: s.pop("cy"), "cy: is missing"),
+    "no intrinsics": ("nerfstudio", lambda s: s.pop("fl_x"), "'depth' has no intrinsics"),
+    "an image without a number": (
+        "nerfstudio",
+        first_frame(depth_file_path="depth/last.png"),
+        "several sequences, as last.png and frame_00004.png",
+    ),
     "a bound that is too small": (
         "tum",
         lambda s: s["cameras"][0].update(within=0.003),
@@ -206,3 +245,19 @@ def test_a_trajectory_is_refused_with_the_line(line: str, told: str, tmp_path: P
     (tmp_path / "17.5.png").write_bytes(saved(Image.new("I;16", SIZE, 7)))
     with pytest.raises(ValueError, match=told):
         opened(tmp_path / "17.5.png", cameras=file)
+
+
+@pytest.mark.parametrize(
+    ("stated", "expected"),
+    [
+        ({}, 0.001),
+        ({"integer_depth_scale": 0.25}, 0.25),
+        ({"applied_scale": 0.5}, 0.0005),
+        ({"depth_unit_scale_factor": 0.0002}, 0.0002),
+    ],
+)
+def test_transforms_state_the_depth_of_a_count(
+    stated: dict[str, float], expected: float, tmp_path: Path
+) -> None:
+    file = changed(nerfstudio(tmp_path), lambda transforms: transforms.update(stated))
+    assert read_cameras(file).cameras[0].depth_scale == pytest.approx(expected)

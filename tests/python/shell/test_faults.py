@@ -42,6 +42,10 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     run("degrade", folder / "sea.npz", folder / "images", *depth)
     marks = [{"vertex": i, "position": WHOLE.vertices[0, i].tolist()} for i in (0, 7, 56, 63)]
     (folder / "marks.json").write_text(json.dumps(marks))
+    pose = np.eye(4).tolist()
+    images = [{"file_path": f"a/{i}.png", "w": 32, "transform_matrix": pose} for i in range(3)]
+    nerf = {"fl_x": 30, "fl_y": 30, "cx": 16, "cy": 12, "h": 24, "frames": images}
+    (folder / "transforms.json").write_text(json.dumps(nerf))
     (folder / "path.txt").write_text("".join(f"{i} 0 0 {i} 0 0 0 1\n" for i in range(3)))
     np.save(folder / "known.npy", np.ones((3, 64), bool))
     (folder / "quality.csv").write_text("frame,quality,reason\n0,good,\n1,doubtful,why\n2,good,\n")
@@ -58,6 +62,7 @@ READING = {
     "scans/frame_00001.ply": "track scans out.npz --template body.ply",
     "images/depth_00001_0.png": "track images out.npz --template body.ply",
     "images/cameras.json": "track images out.npz --template body.ply",
+    "transforms.json": "track images out.npz --template body.ply --cameras transforms.json",
     "path.txt": "track images out.npz --template body.ply --cameras path.txt",
     "marks.json": "register body.ply scans/frame_00000.ply out.npz --landmarks marks.json",
     "known.npy": "convert sea.npz out.npz --mask known.npy",
