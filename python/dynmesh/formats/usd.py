@@ -297,11 +297,15 @@ class _Overlay(_Stage):
         )
 
 
-def write_usd(path: Path, header: Header, frames: Frames) -> list[str]:  # noqa: ARG001
+def write_usd(path: Path, header: Header, frames: Frames) -> list[str]:
     """Writes a stage with a mesh alone."""
     texture = () if frames.texture is None else (TEXTURE,)
     _Stage(path, frames).write()
-    return not_written(frames, texture)
+    remarks = not_written(frames, texture)
+    name, written = header.name or "", _prim_path(header.name)
+    if name and written.strip("/") != name.strip("/"):
+        remarks.append(f"has its mesh at {written}, as USD does not allow the name {name}")
+    return remarks
 
 
 def write_overlay(path: Path, header: Header, frames: Frames) -> list[str]:

@@ -201,7 +201,8 @@ def test_a_written_stage_is_self_contained(tmp_path: Path) -> None:
     vertices[1, 2] = np.nan
     about: Any = {"fps": 25, "up_axis": "y", "start": 1001, "metres_per_unit": 0.01}
     sequence = dynmesh.Sequence(vertices, np.array([[0, 1, 2]]), name="a:b/1 é", **about)
-    dynmesh.write(tmp_path / "a.usda", sequence)
+    report = dynmesh.write(tmp_path / "a.usda", sequence)
+    (remark,) = [remark for remark in report.remarks if "a:b/1 é" in remark]
     stage = Usd.Stage.Open(str(tmp_path / "a.usda"))
     assert (stage.GetStartTimeCode(), stage.GetEndTimeCode()) == (1001, 1003)
     assert (stage.GetTimeCodesPerSecond(), stage.GetFramesPerSecond()) == (25, 25)
@@ -210,4 +211,5 @@ def test_a_written_stage_is_self_contained(tmp_path: Path) -> None:
     assert stage.GetDefaultPrim().GetPath() == "/a_b"
     found: Any = next(p for p in stage.Traverse() if p.IsA(UsdGeom.Mesh))
     assert Sdf.Path.IsValidPathString(str(found.GetPath()))
+    assert str(found.GetPath()) in remark
     assert (tmp_path / "a.usda").read_bytes().startswith(b"#usda")
