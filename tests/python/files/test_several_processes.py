@@ -17,9 +17,9 @@ from sequences import contents, sea
 
 import dynmesh
 from dynmesh.completion import passes
-from dynmesh.draw import page, picture
+from dynmesh.draw import page
 from dynmesh.formats.output import making
-from dynmesh.verbs import convert, degrade
+from dynmesh.verbs import convert, degrade, picture
 
 
 @pytest.fixture(scope="module")
