@@ -332,7 +332,7 @@ def scan_arrays(
         viewpoints = _arrays.points("viewpoints", viewpoints, dtype, "(c, 3)")
     if colours is not None:
         given = _arrays.plain("colours", colours)
-        given = given.astype(dtype) if given.dtype == np.uint8 else given
+        given = given.astype(dtype) if given.dtype.kind in "iu" else given
         given = np.repeat(given[:, None], 3, axis=1) if given.ndim == 1 else given
         colours = _arrays.points("colours", given, dtype, "(n, 3) or (n,)")
     return result, normals, viewpoints, colours

@@ -70,8 +70,8 @@ def test_intensities_are_colours_of_one_channel(
 ) -> None:
     other = copy.copy(tracker)
     for scan in points:
-        grey = np.asarray(scan.colours)[:, 0]
-        three = np.repeat(grey[:, None], 3, axis=1)
+        grey = np.rint(100 * np.asarray(scan.colours)[:, 0]).astype(np.int64)
+        three = np.repeat(grey[:, None], 3, axis=1).astype(np.float64)
         here = tracker.push(scan.points, scan.normals, colours=grey)
         there = other.push(scan.points, scan.normals, colours=three)
         np.testing.assert_array_equal(here, there)
