@@ -29,13 +29,14 @@ class PointScan(_Points):
 
     colours: Positions | None
 
-    def __new__(  # noqa: D102
+    def __new__(
         cls,
         points: Positions,
         normals: Positions | None,
         viewpoints: Positions | None,
         colours: Positions | None = None,
     ) -> Self:
+        """Takes the attributes in their order."""
         scan = super().__new__(cls, points, normals, viewpoints)
         scan.colours = colours
         return scan
@@ -99,13 +100,14 @@ class DepthScan(_Images):
 
     colours: list[NDArray[np.uint8]] | None
 
-    def __new__(  # noqa: D102
+    def __new__(
         cls,
         depth: list[NDArray[np.float32]],
         intrinsics: list[Floats],
         poses: list[Floats],
         colours: list[NDArray[np.uint8]] | None = None,
     ) -> Self:
+        """Takes the attributes in their order."""
         scan = super().__new__(cls, depth, intrinsics, poses)
         scan.colours = colours
         return scan

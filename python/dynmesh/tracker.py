@@ -246,13 +246,20 @@ class Tracker(Stream):
         Returns:
             The tracked frame, (k, 3): `out`, or the new array.
         """
+        if isinstance(points, DepthScan | PointScan):
+            for name, given in (
+                ("normals", normals), ("viewpoints", viewpoints), ("colours", colours)
+            ):  # fmt: skip
+                if given is not None:
+                    message = f"must not be given beside a {type(points).__name__}, which has all"
+                    raise InputError(message, argument=name)
         if isinstance(points, DepthScan):
             return self.push_depth(*points, colours=points.colours, out=out)
         if isinstance(points, PointScan):
             colours = points.colours
             points, normals, viewpoints = points
-        given = scan_arrays(points, normals, viewpoints, self.dtype, colours)
-        return self._made(out, lambda found: self._core.push(*given, found))
+        arrays = scan_arrays(points, normals, viewpoints, self.dtype, colours)
+        return self._made(out, lambda found: self._core.push(*arrays, found))
 
     def push_depth(
         self,

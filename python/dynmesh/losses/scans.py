@@ -216,6 +216,9 @@ def _sampled(
 ) -> tuple[Floats, Floats, Floats]:
     """Returns (n, 3) points on the surface that cameras see, their normals and colours, or 0."""
     of_vertices = np.zeros_like(scene.points) if colours is None else np.asarray(colours)
+    if of_vertices.shape != scene.points.shape:
+        message = f"must have shape {scene.points.shape}, not {of_vertices.shape}"
+        raise InputError(message, argument="colours")
     faces = scene.faces
     corners = scene.points.astype(np.float64)[faces]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])

@@ -121,15 +121,15 @@ def read_mask(file: Path, size: tuple[int, int], least: float | None = None) -> 
 
 def read_colours(file: Path, camera: ScanCamera) -> NDArray[np.uint8]:
     """Reads (h, w, 3) colours of the pixels of the depth images of a camera."""
-    with naming(file), of_library("is cut or damaged"):
-        colours = np.asarray(require_pillow().open(file).convert("RGB"))
-        if colours.shape[1::-1] != camera.size:
+    pillow = require_pillow()
+    with naming(file), of_library("is cut or damaged"), pillow.open(file) as image:
+        if image.mode.startswith(("I", "F")):  # of which a conversion would cut what is above 255
+            raise InputError(f"must have 8 bits a channel, not the mode {image.mode}")
+        colours, (width, height) = np.asarray(image.convert("RGB")), camera.size or (0, 0)
+        if image.size != camera.size:
             raise InputError(
-                f"has {colours.shape[1]} x {colours.shape[0]} pixels, but the depth images of "
-                f"camera {camera.name!r} have {camera.size[0]} x {camera.size[1]}; colours must be "
-                "registered to depth"
-                if camera.size
-                else "is of a camera without images"
+                f"has {image.size[0]} x {image.size[1]} pixels, but the depth images of camera "
+                f"{camera.name!r} have {width} x {height}; colours must be registered to depth"
             )
     rows, columns = (slice(None, None, -1 if axis in camera.flipped else 1) for axis in "yx")
     return np.ascontiguousarray(colours[rows, columns])

@@ -96,6 +96,12 @@ def test_depth_images_with_colours(tracker: dynmesh.Tracker, tmp_path: Path) -> 
         dynmesh.track(tmp_path / "depth", **files)
     tracked = dynmesh.track(tmp_path / "depth", **files, gaps="lost").read()
     np.testing.assert_allclose(tracked.vertices, tracked_by(scans, tracker), atol=2e-3)
+    deep = tmp_path / "colours" / f"colour_0.1_{reader.cameras_of(0)[0]}.png"
+    kept = deep.read_bytes()
+    Image.fromarray(np.zeros((90, 120), np.uint16)).save(deep)
+    with pytest.raises(ValueError, match=f"{re.escape(deep.name)}.*8 bits a channel"):
+        dynmesh.track(tmp_path / "depth", **files, gaps="lost").read()
+    deep.write_bytes(kept)
     small = tmp_path / "colours" / f"colour_1.1_{reader.cameras_of(0)[0]}.png"
     Image.new("RGB", (60, 45)).save(small)
     with pytest.raises(
@@ -118,7 +124,11 @@ def test_colours_that_are_none(
     state = tracker.state()
     with pytest.raises(ValueError, match=message):
         tracker.push(points[0].points, points[0].normals, colours=colours)
+    with pytest.raises(ValueError, match="colours: must not be given beside a PointScan"):
+        tracker.push(points[0], colours=points[0].colours)
     assert tracker.state() == state
+    with pytest.raises(ValueError, match=r"colours: must have shape \(642, 3\)"):
+        next(losses.scan_points(TRUTH.vertices, TRUTH.faces, colours=np.zeros((3, 3))))
 
 
 def test_files_without_colours(points: list[PointScan], tmp_path: Path) -> None:
