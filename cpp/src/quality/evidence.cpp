@@ -344,7 +344,8 @@ Evidence evidence_of(const BentSurface& surface, const Sight& sight, const Point
   }
   if (!(seen > 0)) {
     // All of it is too flat to the sensors to tell what is missing, but points tell where it is.
-    if (n > 0) found.explained = near / n;
+    const double own = n - static_cast<double>(others.size());
+    if (own > 0) found.explained = near / own;
     return found;
   }
   const double spacing = std::sqrt(seen / std::max(near, 1.0));
