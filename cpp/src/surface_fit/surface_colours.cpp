@@ -13,7 +13,7 @@ namespace dynmesh {
 namespace {
 
 /// Of the sum of the shares of its points, so much tells the colour of a vertex.
-constexpr double least_share = 0.25;
+constexpr double least_known = 0.25;
 
 const Vector3& colour_of(const MatchedPoints& points, std::size_t i) {
   return points.scan->colours[points.numbers[i]];
@@ -199,7 +199,7 @@ void learn_colours(const MatchedPoints& points, const TrackingConstants& constan
   const Vector3 common = has_common ? median_of(differences) : Vector3{};
   std::vector<std::uint8_t> is_new(shares.size());
   for (std::size_t v = 0; v < shares.size(); ++v) {
-    is_new[v] = colours.is_known[v] == 0 && shares[v] > least_share ? 1 : 0;
+    is_new[v] = colours.is_known[v] == 0 && shares[v] > least_known ? 1 : 0;
   }
   // The means of the points are those of places beside the vertices; what they leave of the colours
   // is distributed again.
