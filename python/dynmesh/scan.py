@@ -1,5 +1,6 @@
 """A frame as scanners deliver it: loose points, or depth images. No vertex is named."""
 
+from collections.abc import Callable
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -11,13 +12,23 @@ _INSIDE_OUT = -0.2
 """The cosine between normals and the directions from the middle: about 0 for flat parts."""
 
 
+class _Coloured:
+    """A tuple of attributes that has colours beside them."""
+
+    colours: Any
+    _asdict: Callable[[], dict[str, Any]]
+
+    def _replace(self, **changed: Any) -> Self:
+        return type(self)(**{**self._asdict(), "colours": self.colours, **changed})
+
+
 class _Points(NamedTuple):
     points: Positions
     normals: Positions | None
     viewpoints: Positions | None
 
 
-class PointScan(_Points):
+class PointScan(_Coloured, _Points):
     """The points of a frame, in no order: ``points, normals, viewpoints = scan``.
 
     Attributes:
@@ -40,9 +51,6 @@ class PointScan(_Points):
         scan = super().__new__(cls, points, normals, viewpoints)
         scan.colours = colours
         return scan
-
-    def _replace(self, **changed: Any) -> Self:
-        return type(self)(**{**self._asdict(), "colours": self.colours, **changed})
 
     @property
     def cloud(self) -> Positions:
@@ -85,7 +93,7 @@ class _Images(NamedTuple):
     poses: list[Floats]
 
 
-class DepthScan(_Images):
+class DepthScan(_Coloured, _Images):
     """The depth images of a frame: ``depth, intrinsics, poses = scan``.
 
     There is one of each camera that delivered one.
@@ -111,9 +119,6 @@ class DepthScan(_Images):
         scan = super().__new__(cls, depth, intrinsics, poses)
         scan.colours = colours
         return scan
-
-    def _replace(self, **changed: Any) -> Self:
-        return type(self)(**{**self._asdict(), "colours": self.colours, **changed})
 
     @property
     def cloud(self) -> Positions:

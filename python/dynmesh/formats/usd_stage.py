@@ -234,13 +234,13 @@ def timing(stage: Any, times: Sequence[float]) -> Timing:
 def value_at(attribute: Any, time: float, shape: tuple[int, ...]) -> NDArray[Any] | str:
     """Returns the value of a sample, of equal ones before and after, or the only value.
 
-    Before all samples of a mask, and after them, it is the nearest one, as in USD. If there is no
-    value, or it is blocked or empty, it returns that in words.
+    Before all samples, and after them, it is the nearest one, as in USD. If there is no value, or
+    it is blocked or empty, it returns that in words.
     """
     times, name = attribute.GetBracketingTimeSamples(time) or (time,), attribute.GetName()
     nearest = min(times, key=lambda sample: abs(sample - time))
-    is_held = len(set(times)) == 1 and name != "points"
-    if not (math.isclose(nearest, time, abs_tol=1e-9) or is_held or _held(attribute, *times)):
+    is_nearest = len(set(times)) == 1 or math.isclose(nearest, time, abs_tol=1e-9)
+    if not (is_nearest or _held(attribute, *times)):
         return f"{name} has no sample"
     value = attribute.Get(nearest)
     if value is None or (len(value) == 0 < shape[0]):
