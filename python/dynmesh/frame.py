@@ -154,6 +154,10 @@ def check_whole(frame: Frame, advice: str) -> None:
         )
 
 
+Indices: TypeAlias = Sequence[int]
+"""Of frames, counted from 0."""
+
+
 class Frames(ABC):
     """Frames of one mesh that can be gone through, one after another.
 
@@ -241,11 +245,13 @@ class Frames(ABC):
         made, because its report is of all; with a negative step, those that are yielded are held in
         memory.
         """
-        return self._made(selected(self.n_frames, start, stop, step))
+        return self.frames_at(selected(self.n_frames, start, stop, step))
 
-    def _made(self, wanted: range) -> Generator[Frame, None, None]:
-        frames = (frame for index, frame in enumerate(self) if index in wanted)
-        yield from frames if wanted.step > 0 else reversed([*frames])
+    def frames_at(self, numbers: Indices) -> Generator[Frame, None, None]:
+        """Yields the frames with these indices, which exist, and ascend or descend."""
+        frames = (frame for index, frame in enumerate(self) if index in numbers)
+        is_backwards = len(numbers) > 1 and numbers[0] > numbers[-1]
+        yield from reversed([*frames]) if is_backwards else frames
 
     def close(self) -> None:
         """Closes what they are read from. Frames that are asked for later are refused."""
@@ -265,6 +271,13 @@ class Frames(ABC):
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+    def __getstate__(self) -> object:
+        raise KindError(
+            "its frames are read or made in this process alone, and cannot be pickled or copied; "
+            "dynmesh.read() keeps them in memory, dynmesh.write() in a file",
+            file=self.path,
+        )
 
 
 def frame_at(frames: Frames, index: int) -> Frame:
@@ -305,10 +318,6 @@ def check_frame(frame: Frame, header: Header) -> None:
             raise InputError(f"give {row.what} with every frame or with none")
 
 
-Indices: TypeAlias = Sequence[int]
-"""Of frames, counted from 0."""
-
-
 class Stored(Frames):
     """Frames of which any can be read: those of a file, or of a :class:`dynmesh.Sequence`.
 
@@ -322,14 +331,8 @@ class Stored(Frames):
     least_confidence: float | None = None
     """Of the values of `known` that are no mask: the least that counts as known."""
 
-    def frames(
-        self, start: int = 0, stop: int | None = None, step: int = 1
-    ) -> Generator[Frame, None, None]:
-        """See :meth:`Frames.frames`; nothing else is read."""
-        return self.frames_at(selected(self.n_frames, start, stop, step))
-
     def frames_at(self, numbers: Indices) -> Generator[Frame, None, None]:
-        """Yields the frames with these indices, which exist."""
+        """Yields the frames with these indices, which exist; nothing else is read."""
         with naming(self.path):
             for number, frame in zip(self._while_open(numbers), self._frames(numbers), strict=True):
                 with locating(frame=self.header.number(number)):

@@ -1,7 +1,7 @@
 """A dynamic mesh in memory, and what can be done with it."""
 
 import contextlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from collections.abc import Sequence as Some
 from copy import copy
 from dataclasses import dataclass, field, replace
@@ -85,10 +85,13 @@ class Sequence(Description, VertexAttributes, Stored):
     report: Any = field(default=None, kw_only=True, repr=False)
 
     def __post_init__(self) -> None:
+        if isinstance(self.vertices, Frames):
+            message = "are frames already, which dynmesh.read() keeps in memory"
+            raise KindError(message, argument="vertices")
         if self.faces is None or _is_of_meshes(self.vertices):
-            arrays, given = _arrays_of(self.vertices), self.faces
-            if given is not None and not _are_same(given, arrays["faces"]):
-                message = "are not those of the meshes, which need none; masks are given as `known`"
+            arrays = _arrays_of(self.vertices)
+            if self.faces is not None:
+                message = "are those of the meshes, which need no others; masks are `known`"
                 raise InputError(message, argument="faces")
             vars(self).update(arrays | self.attributes())
         for name in ("vertices", "times", *self.attributes()):
@@ -130,6 +133,9 @@ class Sequence(Description, VertexAttributes, Stored):
         other = copy(self)
         vars(other).update(called=name, files=files)
         return other
+
+    def __getstate__(self) -> object:
+        return vars(self)
 
     def close(self) -> None:
         """Does nothing: frames in memory stay there."""
@@ -242,7 +248,8 @@ def _arrays_of(meshes: Any) -> dict[str, Any]:
         raise KindError(message, argument="faces")
     (faces, first), values = frames[0], [_values_of(mesh) for mesh in every]
     for number, (own, points) in enumerate(frames):
-        if not _are_same(own, faces) or len(points) != len(first):
+        same = np.array_equal(split_faces(own)[0], split_faces(faces)[0])
+        if not same or len(points) != len(first):
             raise InputError(
                 "has other vertices or faces than frame 0; trimesh leaves out vertices that are "
                 "not finite unless it is told process=False",
@@ -251,10 +258,6 @@ def _arrays_of(meshes: Any) -> dict[str, Any]:
     names = with_all_needed([n for n in ATTRIBUTES if all(n in own for own in values)])
     rows = {name: np.stack([np.asarray(own[name]) for own in values]) for name in names}
     return {"vertices": np.stack([points for _, points in frames]), "faces": faces, **rows}
-
-
-def _are_same(faces: Any, others: Any) -> bool:
-    return np.array_equal(split_faces(faces)[0], split_faces(others)[0])
 
 
 def _values_of(mesh: Any) -> Any:
@@ -269,10 +272,18 @@ def _is_of_meshes(frames: Any) -> bool:
 
 def as_sequence(frames: Any, faces: Any = None) -> Sequence | None:
     """A Sequence as it is, arrays and meshes of other libraries as one; None if it is none."""
-    if isinstance(frames, Sequence):
-        return frames
+    if isinstance(frames, Frames):
+        refuse_reading({"faces": faces})
+        return frames if isinstance(frames, Sequence) else None
     is_in_memory = isinstance(frames, np.ndarray) or _is_of_meshes(frames)
     return Sequence(frames, faces) if is_in_memory else None
+
+
+def refuse_reading(how: Mapping[str, Any]) -> None:
+    """Refuses keywords of :func:`dynmesh.open` where nothing is opened, as frames are there."""
+    for name, value in how.items():
+        if value is not None and not (name == "gaps" and value == "refuse"):
+            raise InputError("has no effect, as frames and meshes state it", argument=name)
 
 
 def result_of(run: Run[R], source: Frames) -> Run[R] | Any:
@@ -287,7 +298,9 @@ def read(path: Any, **source: Any) -> Sequence:
     """
     with contextlib.ExitStack() as stack:
         frames = path
-        if not isinstance(path, Frames):
+        if isinstance(path, Frames):
+            refuse_reading(source)
+        else:
             frames = stack.enter_context(_called("formats", "open", path, **source))
         header = frames.header
         shape = (header.n_frames, header.n_vertices)

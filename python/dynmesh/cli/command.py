@@ -235,8 +235,10 @@ class Command:
         self._reads = self._writes and own[0].parameter.name == "sequence"
         takes_source = any(option.parameter.name == "source" for option in own)
         every = [option for option in own if option.parameter.name != "source"]
-        if self._reads:  # the faces are those of the file
-            every = [option for option in own[1:] if option.parameter.name != "faces"]
+        if self._reads or takes_source:  # the faces are those of the file
+            every = [option for option in every if option.parameter.name != "faces"]
+        if self._reads:
+            del every[0]
         if any(p.kind is p.VAR_KEYWORD for p in inspect.signature(verb).parameters.values()):
             of_scans = ScanSource.__annotations__
             every += [o for o in options_of(open_scans) if o.parameter.name in of_scans]
@@ -331,8 +333,7 @@ class Command:
             if clouds is not None:
                 _refuse_for_scans({**opening, "gaps": None})
                 return clouds
-        shared: formats.Source = {"faces": own.get("template")}
-        opened = formats.opened(path, "path", shared, **opening)
+        opened = formats.opened(path, "path", formats.Shared(own.get("template")), **opening)
         return self._verb(stack.enter_context(opened), **own)
 
 
@@ -343,9 +344,14 @@ def _refuse_for_scans(given: Mapping[str, Any]) -> None:
             raise InputError("is for sequences, not for scans", argument=name, value=value)
 
 
-def refusal(error: Any) -> InputError:
-    """Returns what cyclopts refuses as an error of dynmesh."""
-    from cyclopts import CoercionError, MissingArgumentError, UnusedCliTokensError
+def refusal(error: Any, tokens: list[str]) -> InputError:
+    """Returns what cyclopts refuses of a command line as an error of dynmesh."""
+    from cyclopts import (
+        CoercionError,
+        MissingArgumentError,
+        UnknownOptionError,
+        UnusedCliTokensError,
+    )
 
     result = error.argument
     argument = None if result is None else [result.field_info.name, *result.keys][-1]
@@ -367,4 +373,8 @@ def refusal(error: Any) -> InputError:
             message = (
                 f"too many arguments: {first}; the value of a flag follows =, as in --json={first}"
             )
+    if isinstance(error, UnknownOptionError):
+        name = error.token.keyword or error.token.value
+        if "--" in tokens and name in tokens[tokens.index("--") :]:
+            message = f"too many arguments: {name}; options stand before --"
     return InputError(message)

@@ -50,7 +50,7 @@ def _told(error: Exception, command: Command | None, tokens: list[str]) -> tuple
     """What an error says, with options in place of arguments; and the exit code."""
     if isinstance(error, MemoryError):
         return f"there is not enough memory: {in_one_line(error)}", 1
-    error, code = (refusal(error), 2) if isinstance(error, CycloptsError) else (error, 1)
+    error, code = (refusal(error, tokens), 2) if isinstance(error, CycloptsError) else (error, 1)
     if not isinstance(error, DynmeshError):
         return spelt(in_one_line(error), command), code
     if error.argument is not None and command is not None:

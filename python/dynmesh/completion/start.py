@@ -128,16 +128,13 @@ def open_with_template(
 ) -> Iterator[tuple[Frames, StartFrame | None]]:
     """Opens a sequence and, if there is one, the template from which completion starts."""
     if template is None:
-        with formats.opened(frames, "sequence", {"faces": faces}) as source:
+        with formats.opened(frames, "sequence", faces=faces) as source:
             yield source, None
         return
     own = getattr(frames, "faces", None) if faces is None else faces
-    of_points: formats.Source = {"faces": own if isinstance(template, np.ndarray) else None}
-    with formats.opened(template, "template", of_points) as whole:
-        shared: formats.Source = {"faces": whole.header.polygons or whole.faces}
-        with formats.opened(
-            frames, "sequence", shared if faces is None else {"faces": faces}
-        ) as source:
+    with formats.opened(template, "template", formats.Shared(own)) as whole:
+        shared = formats.Shared(whole.header.polygons or whole.faces)
+        with formats.opened(frames, "sequence", shared, faces=faces) as source:
             first = template_of(whole)
             check_same_mesh(whole, source)
             # What the output keeps beside positions: polygons, texture coordinates, materials.
@@ -292,8 +289,8 @@ def _opened(source: Path | Frames, like: Frames) -> AbstractContextManager[Frame
 
     Of a scene, it is the mesh at the same path, or else the only one that moves.
     """
-    shared: formats.Source = {"faces": like.faces}
+    prim = None
     if not isinstance(source, Frames):
         meshes, name = formats.meshes_of(source), like.header.name
-        shared["prim"] = name if name in meshes or sum(meshes.values()) > 1 else None
-    return formats.opened(source, "training", shared)
+        prim = name if name in meshes or sum(meshes.values()) > 1 else None
+    return formats.opened(source, "training", formats.Shared(like.faces, prim))

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from .._arrays import Mask, Positions
 from .._checks import check_text
 from .._errors import InputError, locating, require
-from ..formats.conversion import check_comparable, check_same_size
-from ..frame import FUSED, Frame, Frames, check_whole, frame_at
+from ..formats.conversion import check_same_size, comparable, places_of
+from ..frame import FUSED, Frame, Frames, Indices, check_whole, frame_at
 from ..losses.losses import round_up
 from ..metrics import bounding_box_diagonal
 from ..scans import ScanReader
@@ -105,9 +105,13 @@ class Heatmap:
     colour: Colour = field(init=False)
 
     def __post_init__(self, wanted: Colour | None) -> None:
-        for other in (self.input, self.reference):
-            if other is not None:
-                check_comparable(self.reader, other)
+        self._places: dict[str, Indices] = {"reader": range(self.reader.n_frames)}
+        for name in ("reference", "input"):
+            if (other := getattr(self, name)) is not None:
+                self._places[name] = comparable(self.reader, other)
+        if self.scans is not None:
+            numbers = np.array(self.scans.numbers, np.float64)
+            self._places["scans"] = places_of(self.reader, self.scans.path, numbers)
         if self.reference is not None:
             check_same_size(self.reader, self.reference)
         lacks: dict[Colour, str | None] = {n: row.lacks(self) for n, row in QUANTITIES.items()}
@@ -127,9 +131,9 @@ class Heatmap:
 
     def frames(self, numbers: range) -> Iterator[ShownFrame]:
         """Yields frames of ascending numbers."""
-        readers = (self.reader, self.reference, self.input, self.scans)
+        readers = ("reader", "reference", "input", "scans")
         for number, frame, truth, given, scan in zip(
-            numbers, *(_frames_of(one, numbers) for one in readers), strict=False
+            numbers, *(self._read(name, numbers) for name in readers), strict=False
         ):
             cloud = None
             if self.scans is not None:  # in the unit of the sequence; empty if a scan is missing
@@ -148,6 +152,13 @@ class Heatmap:
             if cloud is not None:
                 cloud = cloud[:: max(1, -(-len(cloud) // _MOST_POINTS))]
             yield ShownFrame(number, frame.points, frame.present, values, beside, cloud)
+
+    def _read(self, name: str, numbers: range) -> Iterator[Any]:
+        """Yields what one of the readers has in these frames; None forever without it."""
+        places, reader = self._places.get(name), getattr(self, name)
+        if places is None:
+            return repeat(None)
+        return iter(reader.frames_at([places[number] for number in numbers]))
 
     def scale(self, colour: Colour, frames: Iterable[ShownFrame]) -> Scale | None:
         """Returns the scale of this colour for frames, or None for the colour "plain"."""
@@ -257,7 +268,8 @@ def _error(heatmap: Heatmap, moment: Moment) -> Values:
     truth, frame = moment.truth, moment.frame
     assert truth is not None  # as _lacks_reference says
     assert heatmap.reference is not None
-    number = heatmap.reference.header.number(moment.number)
+    place = heatmap._places["reference"][moment.number]
+    number = heatmap.reference.header.number(place)
     with locating(file=heatmap.reference.path, frame=number):
         check_whole(truth, "; errors require a complete reference")
     with np.errstate(invalid="ignore"):  # missing positions may be infinite
@@ -375,13 +387,6 @@ QUANTITIES: dict[Colour, Quantity] = {
     "distance": Quantity(_lacks_scans, _distance, _distance_scale),
 }
 """By colour; without a choice, colours show the first that the heatmap have."""
-
-
-def _frames_of(reader: Frames | ScanReader | None, numbers: range) -> Iterator[Any]:
-    """Yields what is read at these numbers; None forever without a reader."""
-    if reader is None:
-        return repeat(None)
-    return reader.frames(numbers.start, numbers.stop, numbers.step)
 
 
 def stated_up(*readers: Frames | None) -> str | None:

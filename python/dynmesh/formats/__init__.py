@@ -5,7 +5,7 @@ keeps. They process one frame at a time, so memory does not grow with the length
 """
 
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import PurePath
 from typing import Any, Literal, TypeAlias, TypedDict, Unpack
 
@@ -17,7 +17,7 @@ from .._errors import InputError, KindError, naming
 from ..frame import Frame, Frames, Stored, check_any
 from ..polygons import Faces, split_faces
 from ..run import Kept, Run
-from ..sequence import InMemory, as_sequence
+from ..sequence import InMemory, as_sequence, refuse_reading
 from .format import Format, Gaps, NoFacesError, Template, template_of
 from .masks import MaskedFrames
 from .table import (
@@ -38,6 +38,7 @@ __all__ = [
     "NoFacesError",
     "OneSequence",
     "PathLike",
+    "Shared",
     "Source",
     "Written",
     "check_format",
@@ -47,6 +48,7 @@ __all__ = [
     "naming",
     "open",
     "opened",
+    "opened_together",
     "write",
 ]
 
@@ -168,11 +170,37 @@ OneSequence: TypeAlias = InMemory | InFile
 3) beside faces, or meshes of trimesh or PyVista, one for each frame."""
 
 
+class Shared:
+    """What those of several sequences get that need it; others do without.
+
+    Attributes:
+        faces: for arrays and files that hold none.
+        prim: for files with several meshes.
+    """
+
+    def __init__(self, faces: Any = None, prim: str | Iterable[str] | None = None) -> None:
+        self.faces, self.prim, self._unused = faces, prim, {"faces": faces, "prim": prim}
+
+    def take(self, name: str) -> Any:
+        """Returns one of them for a sequence that needs it."""
+        self._unused[name] = None
+        return getattr(self, name)
+
+    def refuse_unused(self) -> None:
+        """Raises an error if one was given that none of the sequences needs."""
+        for name, why in _NOT_NEEDED.items():
+            if self._unused[name] is not None:
+                raise InputError(f"has no effect, as {why}", argument=name)
+
+
+_NOT_NEEDED = {"faces": "all have their own", "prim": "no file can hold several meshes"}
+
+
 @contextmanager
 def opened(
     sequence: OneSequence,
     name: str = "sequence",
-    shared: Source | None = None,
+    shared: Shared | None = None,
     **source: Unpack[Source],
 ) -> Iterator[Frames]:
     """Yields the frames of a sequence, wherever it is; frames that are open stay so.
@@ -182,13 +210,16 @@ def opened(
     Args:
         sequence: the sequence.
         name: what messages call a sequence in memory.
-        shared: `faces` for arrays and a file that holds none, and `prim` for one with several
-            meshes; others do without them.
+        shared: what it gets if it needs it.
         **source: how to read a file, the keywords of :func:`open`.
     """
-    shared = shared or {}
-    own = as_sequence(sequence, shared.get("faces"))
+    shared, faces = shared or Shared(), None
+    if isinstance(sequence, np.ndarray) and (faces := source.pop("faces", None)) is None:
+        faces = shared.take("faces")
+    own = as_sequence(sequence, faces)
     frames = sequence if own is None or own.name else own.named(name)
+    if isinstance(frames, Frames):
+        refuse_reading(source)
     if isinstance(frames, Run):
         frames = Kept(frames)
     if isinstance(frames, Frames):
@@ -199,18 +230,39 @@ def opened(
         message = "is a Frame, which has no faces; a slice, such as sequence[:1], has them"
         raise KindError(message, argument=name)
     sequence = path_of(name, sequence, "a path, frames, a Sequence, arrays or meshes")
-    template = _template(shared.get("faces"))
-    if shared.get("prim") and format_of(sequence, source.get("format")).meshes is not None:
-        source["prim"] = shared["prim"]
+    if shared.prim and format_of(sequence, source.get("format")).meshes is not None:
+        source["prim"] = shared.take("prim")
     try:
         reader = open(sequence, **source)
     except NoFacesError:
-        if template is None:
+        if shared.faces is None:
             raise
-        source["faces"] = shared["faces"]
+        source["faces"] = shared.take("faces")
         reader = open(sequence, **source)
     with reader:
         yield reader
+
+
+@contextmanager
+def opened_together(source: Source, **sequences: OneSequence | None) -> Iterator[list[Any]]:
+    """Opens several sequences, by names that messages call them by; None stays None.
+
+    The `faces` and `prim` of the source are for all that need them, and its other keywords for
+    `input` if that is given, else for the first one.
+    """
+    check_source(source)
+    how: Source = {**source}
+    shared = Shared(how.pop("faces", None), how.pop("prim", None))
+    read = "input" if sequences.get("input") is not None else next(iter(sequences))
+    with ExitStack() as stack:
+        result: list[Any] = [
+            None
+            if one is None
+            else stack.enter_context(opened(one, name, shared, **(how if name == read else {})))
+            for name, one in sequences.items()
+        ]
+        shared.refuse_unused()
+        yield result
 
 
 def _template(faces: Any) -> Template | None:

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from .._arrays import Positions
 from .._checks import check_choice, check_positive
 from .._errors import InputError, locating
-from .._report import counted
-from ..frame import Frame, Frames, frame_at
+from .._report import counted, some_of
+from ..frame import Frame, Frames, Indices, frame_at
 from ..header import RANGE, Axis, Header
 from .times import check_slice, indices_of
 
@@ -206,15 +206,29 @@ def check_same_mesh(other: Frames, reader: Frames) -> None:
     _check_alike(other, reader, "up_axis", "up axis", "to_up")
 
 
-def check_comparable(completed: Frames, reference: Frames) -> None:
-    """Raises an error unless the sequences also have the same number of frames and rate."""
+def comparable(completed: Frames, reference: Frames) -> Indices:
+    """Returns the indices, in the reference, of the frames of a sequence of the same mesh and rate.
+
+    Equally many frames are those of the reference in their order, others those with their numbers.
+    """
     check_same_mesh(completed, reference)
-    ours, truth = completed.n_frames, reference.n_frames
-    if ours != truth:
-        raise InputError(
-            f"has {counted(ours, 'frame')}, but {reference.path} has {truth}", file=completed.path
-        )
     _check_alike(completed, reference, "fps", "rate in frames per second", "fps")
+    return places_of(completed, reference.path, reference.header.numbers)
+
+
+def places_of(frames: Frames, other: Path, numbers: NDArray[np.float64]) -> Indices:
+    """Returns the indices of the frames among those of another file, which have these numbers."""
+    ours = frames.header.numbers
+    if len(ours) == len(numbers):
+        return range(len(ours))
+    missing = [f"{number:.15g}" for number in ours if number not in numbers]
+    if missing:
+        raise InputError(
+            f"has {counted(len(ours), 'frame')}, but {other} has {len(numbers)}, and none of the "
+            f"numbers {some_of(missing, 3)}",
+            file=frames.path,
+        )
+    return [*map(int, np.searchsorted(numbers, ours))]
 
 
 def _check_alike(other: Frames, reader: Frames, name: str, what: str, argument: str) -> None:

@@ -100,8 +100,11 @@ class ScanReader(ABC):
         self, start: int = 0, stop: int | None = None, step: int = 1
     ) -> Iterator[Scan | None]:
         """Yields the scans of the frames ``[start:stop:step]``, counted from 0."""
-        chosen = self._chosen
-        return map(self._load, (chosen[at] for at in selected(self.n_frames, start, stop, step)))
+        return self.frames_at(selected(self.n_frames, start, stop, step))
+
+    def frames_at(self, numbers: Sequence[int]) -> Iterator[Scan | None]:
+        """Yields the scans of the frames with these indices."""
+        return map(self._load, (self._chosen[at] for at in numbers))
 
     def choose(self, frames: slice | range | None) -> None:
         """Keeps the frames with these numbers; the last one is excluded."""

@@ -83,7 +83,7 @@ def convert(
         if clouds is not None:
             return clouds
     with contextlib.ExitStack() as stack:
-        source = stack.enter_context(formats.opened(sequence, shared={"faces": faces}))
+        source = stack.enter_context(formats.opened(sequence, faces=faces))
         with naming(source.path):
             conversion, indices = changes.of(source.header)
 

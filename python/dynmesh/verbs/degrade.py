@@ -114,7 +114,7 @@ def degrade(
                 require_pillow()
                 if points != _POINTS:
                     raise InputError("is not for depth images", argument="points", value=points)
-            source = stack.enter_context(formats.opened(sequence, shared={"faces": faces}))
+            source = stack.enter_context(formats.opened(sequence, faces=faces))
             how = {"size": size, "cameras": cameras, "points": points, "seed": seed}
             result = _scans(source, losses, up, how, progress)
             result.closing = stack.pop_all().close
@@ -129,7 +129,7 @@ def degrade(
         if not losses:
             message = "nothing to do: ask for a loss, noise, outliers, a scan or depth images"
             raise InputError(message)
-        source = stack.enter_context(formats.opened(sequence, shared={"faces": faces}))
+        source = stack.enter_context(formats.opened(sequence, faces=faces))
         upward, guess = _axis(source, up) if "camera" in losses else ((0.0, 0.0, 1.0), ())
         header = replace(source.header, attributes=["known"])
 

@@ -1,6 +1,5 @@
 """The error of a whole completed sequence."""
 
-import contextlib
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
@@ -15,10 +14,10 @@ from .._checks import check_choice, path_of
 from .._errors import InputError, locating
 from .._options import Input
 from .._report import Report, counted, tracked, write_csv
-from ..formats import OneSequence, PathLike, Source, opened
-from ..formats.conversion import check_comparable, check_same_size, remarks_of
+from ..formats import OneSequence, PathLike, Source, opened_together
+from ..formats.conversion import check_same_size, comparable, remarks_of
 from ..formats.times import indices_of
-from ..frame import Frame, Frames, check_whole
+from ..frame import Frame, Frames, Indices, check_whole
 from ..polygons import Faces
 
 Floats = NDArray[np.floating[Any]]
@@ -120,9 +119,9 @@ def measured(
 
     The arguments and errors are those of :func:`dynmesh.evaluate`.
     """
-    check_comparable(completed, reference)
+    places = comparable(completed, reference)
     check_same_size(completed, reference)
-    numbers = range(1, reference.n_frames) or range(1)
+    numbers: Indices = [index for index, place in enumerate(places) if place > 0] or [0]
     if frames is not None:
         numbers = indices_of(completed.header.numbers, frames)
     unit = _diagonal(reference)
@@ -130,7 +129,8 @@ def measured(
     of_positions = completed.header.standard_error_of == "position"
     each: list[FrameErrors] = []
     ours_read = tracked(_whole(completed, numbers), len(numbers), "measuring", progress)
-    truths, observed = _whole(reference, numbers), _observed(partial, numbers)
+    truths = _whole(reference, [places[number] for number in numbers])
+    observed = _observed(partial, completed, numbers)
     rows = zip(numbers, ours_read, truths, observed, strict=True)
     while stretch := list(islice(rows, _FRAMES_AT_ONCE)):
         ours = np.stack([frame.points for _, frame, _, _ in stretch])
@@ -152,6 +152,12 @@ def measured(
 def other_numbers(completed: Frames, reference: Frames) -> Iterator[str]:
     """Yields how the numbers of the frames differ."""
     ours, truth = completed.header, reference.header
+    if ours.n_frames < truth.n_frames:
+        yield (
+            f"of the {truth.n_frames} frames of {reference.path.name}, those are compared that "
+            f"have the numbers of the {ours.n_frames} of {completed.path.name}"
+        )
+        return
     for frame in range(ours.n_frames):
         if ours.number(frame) != truth.number(frame):
             which = f"frame {frame} from the first on" if frame else "the first frame"
@@ -164,7 +170,7 @@ def other_numbers(completed: Frames, reference: Frames) -> Iterator[str]:
 
 
 def _diagonal(reference: Frames) -> float:
-    (first,) = _whole(reference, range(1))
+    (first,) = _whole(reference, [0])
     unit = metrics.bounding_box_diagonal(first.points)
     if unit == 0:
         raise InputError(
@@ -173,11 +179,14 @@ def _diagonal(reference: Frames) -> float:
     return unit
 
 
-def _observed(partial: Frames | None, numbers: range) -> Iterator[NDArray[np.bool_] | None]:
+def _observed(
+    partial: Frames | None, completed: Frames, numbers: Indices
+) -> Iterator[NDArray[np.bool_] | None]:
     """The vertices that were observed in each frame; None where nothing says so."""
     if partial is None:
         return repeat(None, len(numbers))
-    frames = partial.frames(numbers.start, numbers.stop, numbers.step)
+    places = comparable(completed, partial)
+    frames = partial.frames_at([places[number] for number in numbers])
     if partial.header.has_known:
         return (frame.observed for frame in frames)
     return (frame.observed & frame.points.any(axis=1) for frame in frames)
@@ -193,9 +202,8 @@ def _errors_of(
     return FrameErrors(number, len(distances), visual / unit, *(one / unit for one in result))
 
 
-def _whole(reader: Frames, numbers: range) -> Iterator[Frame]:
-    frames = reader.frames(numbers.start, numbers.stop, numbers.step)
-    for number, frame in zip(numbers, frames, strict=True):
+def _whole(reader: Frames, numbers: Indices) -> Iterator[Frame]:
+    for number, frame in zip(numbers, reader.frames_at(numbers), strict=True):
         with locating(file=reader.path, frame=reader.header.number(number)):
             check_whole(frame, "; the error is measured between complete sequences")
         yield frame
@@ -271,7 +279,8 @@ def evaluate(
 
     Args:
         completed: the completed sequence.
-        reference: the true sequence, with the same mesh and number of frames.
+        reference: the true sequence of the same mesh. Equally many frames are compared in their
+            order; if it has more, the frames with the same numbers are.
         frames: from the number of the first frame to measure to that after the last one, such as
             1001:1050, in the completed sequence; else, all after the first frame, or the only one.
         only: "missing" measures the distances of vertices that were not observed, as the sequence
@@ -286,16 +295,12 @@ def evaluate(
     """
     check_choice("only", only, Only)
     source: Source = {"faces": faces, "prim": prim}
-    with contextlib.ExitStack() as stack:
-        ours, truth = (
-            stack.enter_context(opened(sequence, name, source))
-            for sequence, name in ((completed, "completed"), (reference, "reference"))
-        )
-        observed: Frames | None = None
-        if input is not None:
-            observed = stack.enter_context(opened(input, "input", source))
-            check_comparable(observed, truth)
-        elif only == "missing" and not ours.header.has_provenance:
+    with opened_together(source, completed=completed, reference=reference, input=input) as (
+        ours,
+        truth,
+        observed,
+    ):
+        if observed is None and only == "missing" and not ours.header.has_provenance:
             raise InputError(
                 f"is needed, as {ours.path} says of no vertex whether it was observed; or complete "
                 "that with `provenance`",

@@ -124,6 +124,8 @@ def info(
     """
     source = source or {}
     formats.check_source(source)
+    if faces is not None:
+        source = {**source, "faces": faces}
     check_flags(strict=strict)
     name, moves, prim = "memory", dict[str, bool](), source.get("prim")
     if not isinstance(prim, str | None):
@@ -138,7 +140,7 @@ def info(
         if prim is not None or (sum(moves.values()) != 1 and not strict):
             message = "`prim` describes one of them, by its path"
             return InfoReport(format=name, meshes=several, remarks=(*problem, message))
-    with formats.opened(sequence, shared={"faces": faces}, **source) as reader:
+    with formats.opened(sequence, **source) as reader:
         diagnosis = diagnose(reader, progress=progress)
         remarks = reader.remarks
     quality: Quality = "failed" if strict and diagnosis.findings else "good"

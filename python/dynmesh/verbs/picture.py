@@ -12,13 +12,12 @@ from .._report import tracked
 from ..draw.figures import View, cropped, load_pyvista
 from ..draw.heatmap import Alone, Heatmap, range_of, stated_up
 from ..draw.picture import centred, contact_sheet, drawn, evenly_spaced
-from ..formats import OneSequence, Source
+from ..formats import OneSequence, Source, opened_together
 from ..formats.conversion import remarks_of
 from ..formats.times import called, index_of
 from ..frame import frame_at
 from ..header import Axis
 from ..topology import assumed, likely_up
-from .view import opened_together
 
 if TYPE_CHECKING:
     from PIL import Image
@@ -65,7 +64,7 @@ def picture(
     if title is not None:
         check_text("title", title)
     shown_range = range_of(colour_range)
-    with opened_together(sequence, reference, None, source or {}) as (own, truth, _):
+    with opened_together(source or {}, sequence=sequence, reference=reference) as (own, truth):
         if frames is None:
             indices = evenly_spaced(own.n_frames, count)
         else:

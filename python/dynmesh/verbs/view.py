@@ -2,21 +2,19 @@
 
 import os
 from collections.abc import Iterator, Mapping
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Unpack
 
-from .. import formats
 from .._checks import check_integer, check_text, path_of
 from .._errors import InputError
 from .._options import Input, Method
 from ..draw.heatmap import Colour, range_of
 from ..draw.page import Page, page, require_page
 from ..draw.page.pick import pick_page
-from ..formats import OneSequence, PathLike, Source, check_source
+from ..formats import OneSequence, PathLike, Source, opened_together
 from ..formats.conversion import remarks_of
-from ..frame import Frames
 from ..header import Axis
 from ..scans import ScanReader, ScanSource
 from ..scans.memory import InMemory as ScansInMemory
@@ -96,7 +94,11 @@ def view(
     table = None if quality is None else path_of("quality", quality)
     with (
         _opened(scans, of_scans, is_picked=pick is not None) as measured,
-        opened_together(sequence, reference, input, source or {}) as (own, truth, partial),
+        opened_together(source or {}, sequence=sequence, reference=reference, input=input) as (
+            own,
+            truth,
+            partial,
+        ),
     ):
         if pick is not None and measured is not None:
             look = azimuth, max_vertices
@@ -147,24 +149,3 @@ def _check_pick(pick: Path, scans: object, others: Mapping[str, object]) -> None
     for name, value in others.items():
         if value is not None:
             raise InputError("cannot be shown where landmarks are picked", argument=name)
-
-
-@contextmanager
-def opened_together(
-    sequence: OneSequence,
-    reference: OneSequence | None,
-    partial: OneSequence | None,
-    source: Source,
-) -> Iterator[tuple[Frames, Frames | None, Frames | None]]:
-    """Opens a sequence, its reference and its input, of those that there are."""
-    check_source(source)
-    how: Source = {**source}
-    shared: Source = {"faces": how.pop("faces", None), "prim": how.pop("prim", None)}
-    with ExitStack() as stack:
-
-        def enter(which: OneSequence, name: str, own: Source) -> Frames:
-            return stack.enter_context(formats.opened(which, name, shared, **own))
-
-        frames = enter(sequence, "sequence", how if partial is None else {})
-        truth = None if reference is None else enter(reference, "reference", {})
-        yield frames, truth, None if partial is None else enter(partial, "input", how)

@@ -2,7 +2,9 @@
 
 import contextlib
 import math
+import pickle
 from collections.abc import Callable
+from copy import copy, deepcopy
 from dataclasses import replace
 from itertools import product
 from pathlib import Path
@@ -284,7 +286,7 @@ def test_meshes_of_other_libraries_are_a_sequence() -> None:
         known = np.arange(again.vertices.shape[1]) % 2 > 0
         half = dynmesh.Sequence(meshes, known=np.broadcast_to(known, again.vertices.shape[:2]))
         np.testing.assert_array_equal(half[3].known, known)
-        with pytest.raises(ValueError, match="faces: are not those of the meshes"):
+        with pytest.raises(ValueError, match="faces: are those of the meshes"):
             dynmesh.Sequence(meshes, half.known)
         with pytest.raises(ValueError, match="frame 2: has other vertices or faces than frame 0"):
             dynmesh.Sequence([*meshes[:2], getattr(sea(1, grid=5), back)(0)])
@@ -293,6 +295,52 @@ def test_meshes_of_other_libraries_are_a_sequence() -> None:
     arrays = np.where(np.arange(100)[:, None] % 2, completed.vertices, np.nan)
     arrays[0] = completed.vertices[0]
     assert dynmesh.complete(arrays, completed.faces).report.filled == 150
+
+
+@pytest.mark.parametrize("kind", ["in memory", "run", "file", "meshes"])
+def test_what_frames_have_is_not_given_beside_them(tmp_path: Path, kind: str) -> None:
+    """Also not to what reads only some of several sequences with it."""
+    path = tmp_path / "in.npz"
+    dynmesh.write(path, TRUTH)
+    if kind == "meshes":
+        pytest.importorskip("trimesh")
+    given: Any = {
+        "in memory": lambda: TRUTH,
+        "run": lambda: dynmesh.convert(path, scale=2),
+        "file": lambda: dynmesh.open(path),
+        "meshes": lambda: [TRUTH.to_trimesh(at) for at in range(3)],
+    }[kind]
+    others = TRUTH.faces[:, ::-1]
+    verbs: dict[str, Callable[..., Any]] = {
+        "complete": dynmesh.complete,
+        "convert": dynmesh.convert,
+        "degrade": lambda frames, faces: dynmesh.degrade(frames, faces, known=0.5),
+        "info": lambda frames, faces: dynmesh.info(frames, faces=faces),
+        "write": lambda frames, faces: dynmesh.write(tmp_path / "out.npz", frames, faces),
+        "evaluate": lambda frames, faces: dynmesh.evaluate(frames, frames, faces=faces),
+        "picture": lambda frames, faces: dynmesh.picture(frames, source={"faces": faces}),
+    }
+    for verb in verbs.values():
+        with pytest.raises(ValueError, match=r"^faces: (has no effect|are those of the meshes)"):
+            verb(given(), others)
+    with pytest.raises(ValueError, match=r"^missing: has no effect"):
+        dynmesh.info(given(), source={"missing": -1, "gaps": "refuse"})
+    if kind != "meshes":
+        with pytest.raises(ValueError, match=r"^prim: has no effect"):
+            dynmesh.read(given(), prim="/a")
+
+
+def test_frames_that_are_not_in_memory_stay_in_their_process(tmp_path: Path) -> None:
+    dynmesh.write(tmp_path / "in.npz", PARTIAL)
+    completed: Any = dynmesh.complete(PARTIAL, start=0)
+    for copied in (pickle.loads(pickle.dumps(completed)), deepcopy(completed), copy(completed)):
+        assert_alike(copied, completed)
+        assert copied.report == completed.report
+    opened = dynmesh.open(tmp_path / "in.npz")
+    for frames in (opened, opened[1:3], dynmesh.convert(opened, scale=2)):
+        for duplicate in (pickle.dumps, deepcopy, copy):
+            with pytest.raises(TypeError, match=r"in\.npz: .*dynmesh\.read\(\) keeps them"):
+                duplicate(frames)
 
 
 def test_a_doubt_is_warned_of_where_the_result_was_asked_for(tmp_path: Path) -> None:

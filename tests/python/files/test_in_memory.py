@@ -10,6 +10,7 @@ import to_file
 from sequences import assert_same, sea
 
 import dynmesh
+from dynmesh.draw.heatmap import Heatmap
 
 N = 8
 TRUTH = sea(N)
@@ -84,6 +85,24 @@ def test_errors_by_frame_of_missing_vertices_alone() -> None:
         dynmesh.evaluate(bare, TRUTH, only="missing")
     with pytest.raises(ValueError, match="no vertex was missing in these frames"):
         dynmesh.evaluate(bare, TRUTH, only="missing", input=TRUTH)
+
+
+def test_frames_of_a_longer_truth_are_found_by_their_numbers() -> None:
+    for part, frames in ((slice(2, 5), slice(2, 5)), ([0, 3, 6], slice(3, 7, 3))):
+        whole = dynmesh.evaluate(COMPLETED, TRUTH, frames=frames)
+        found = dynmesh.evaluate(COMPLETED[part], TRUTH, only="missing", input=PARTIAL)
+        missing = dynmesh.evaluate(COMPLETED, TRUTH, frames=frames, only="missing")
+        assert dynmesh.evaluate(COMPLETED[part], TRUTH).each == whole.each
+        assert (found.each, found.bounding_box_diagonal) == (
+            missing.each,
+            missing.bounding_box_diagonal,
+        )
+        assert "that have the numbers of the 3 of completed" in found.remarks[0]
+        here = Heatmap(COMPLETED[part], reference=TRUTH, input=PARTIAL).frames(range(1, 2))
+        there = Heatmap(COMPLETED, reference=TRUTH, input=PARTIAL).frames(range(3, 4))
+        np.testing.assert_array_equal(next(here).values["error"], next(there).values["error"])
+    with pytest.raises(ValueError, match="reference has 2, and none of the numbers 2, 3, 4, and 3"):
+        dynmesh.evaluate(COMPLETED, TRUTH[:2])
 
 
 def test_a_comparison_that_may_be_meant_otherwise_is_remarked() -> None:

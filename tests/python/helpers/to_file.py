@@ -40,7 +40,7 @@ def complete(
 ) -> SimpleNamespace:
     """Completes a file."""
     writing = {name: options.pop(name) for name in _WRITING if name in options}
-    shared: Any = {"faces": options.get("template")}
+    shared = dynmesh.formats.Shared(options.get("template"))
     with dynmesh.formats.opened(path, "path", shared, **(source or {})) as frames:
         return write(dynmesh.complete(frames, **options), output, **writing)
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..._checks import path_of
 from ..._errors import InputError, locating, require_all
-from ..._report import Report, counted, some_of, tracked
+from ..._report import Report, some_of, tracked
 from ...formats import PathLike
 from ...formats.times import are_clock_times, called, mean_rate
 from ...frame import Frames, frame_at
@@ -120,11 +120,6 @@ def page(
     require_page(scans=scans is not None)
     factor = 1.0
     if scans is not None:
-        if scans.n_frames != reader.n_frames:
-            raise InputError(
-                f"has {counted(scans.n_frames, 'frame')}, but {reader.path} has {reader.n_frames}",
-                file=scans.path,
-            )
         factor = _scan_factor(scans, scan_unit, reader)
     heatmap = Heatmap(reader, reference, input, scans, factor, colour_range, wanted=colour)
     first_points = frame_at(reader, 0).points
