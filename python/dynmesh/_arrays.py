@@ -66,6 +66,7 @@ def points(name: str, given: Any, dtype: DTypeLike, shape: str = "(k, 3)") -> Po
     ):
         return given
     array = floats(name, given)
+    array = array.reshape(0, 3) if array.shape == (0,) else array  # of an empty list
     if array.ndim != 2 or array.shape[1] != 3:
         raise InputError(f"must have shape {shape}, not {array.shape}", argument=name)
     return packed(_countable(name, array), dtype)
@@ -73,9 +74,11 @@ def points(name: str, given: Any, dtype: DTypeLike, shape: str = "(k, 3)") -> Po
 
 def template(faces: Any, points: Any, name: str) -> tuple[Faces, Any]:
     """Returns faces and positions, which may be given as a mesh of another library."""
-    if points is not None:
-        return faces, points
     mesh = mesh_arrays(faces)
+    if points is not None and mesh is None:
+        return faces, points
+    if points is not None:
+        raise InputError("is that of the mesh; give its faces alone for another", argument=name)
     if mesh is None:
         message = f"is missing, as faces are no mesh with positions, but {type(faces).__name__}"
         raise KindError(message, argument=name)

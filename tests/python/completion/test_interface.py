@@ -66,6 +66,17 @@ def test_out_is_written_and_returned(mesh: Mesh) -> None:
     np.testing.assert_array_equal(out, mesh.vertices)
 
 
+def test_empty_lists_are_rows_of_which_there_are_none(mesh: Mesh) -> None:
+    nothing: Any = []
+    one, other = (dynmesh.Completer(mesh.faces, mesh.vertices) for _ in range(2))
+    np.testing.assert_array_equal(one.push_sparse(nothing, nothing), other.skip())
+    tracker, lost = (dynmesh.Tracker(mesh.faces, mesh.vertices) for _ in range(2))
+    for each in (tracker, lost):
+        each.push(mesh.vertices)
+    nowhere = tracker.push(nothing, nothing, viewpoints=nothing, colours=nothing)
+    np.testing.assert_array_equal(nowhere, lost.skip())
+
+
 MESH: Mesh = sheet(7)
 FRAMES = np.stack([turned(MESH.vertices, 0.05 * i) for i in range(5)])
 

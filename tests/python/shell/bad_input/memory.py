@@ -1,6 +1,7 @@
 """Cases of completers, trackers and the functions of the package, which take arrays."""
 
 from collections.abc import Callable
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -73,6 +74,7 @@ _training = _call("Completer", "training")
 
 # Every array is converted and checked by the same functions, so a kind of array stands once.
 _construction = [
+    _faces("a mesh, beside positions", lambda w: SimpleNamespace(faces=w.faces, vertices=w.vertices), ValueError, "first_frame: is that of the mesh"),
     _faces("None", None, TypeError, "faces:", "object"),
     _faces("a masked array", lambda w: np.ma.masked_equal(w.faces, 3), TypeError, "faces:", _MASKED),
     _faces("a number", 3, ValueError, "faces:", "(m, 3)", "()"),
