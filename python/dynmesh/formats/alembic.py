@@ -33,7 +33,7 @@ from .format import (
 )
 from .output import bytes_of
 from .text import comments_of, metadata_in
-from .times import Timing, broadcast, frame_number, spacing, uneven
+from .times import Timing, broadcast, frame_number, listed_times, spacing
 
 _KINDS = {"b": "Uchar", "i": "Int32", "f": "Float"}
 
@@ -169,8 +169,8 @@ def timing_of(archive: Any, positions: Any) -> Timing:
     step = kind.getTimePerCycle() if kind.isUniform() else spacing(times)
     metadata = library("Abc").GetArchiveInfo(archive).get("dccFPS")  # has only six decimals
     rate = next((fps for fps in broadcast if round(fps, 6) == metadata), metadata or None)
-    if step is None and len(times) > 1:
-        return uneven(times, rate)
+    if len(times) > 1 and not kind.isUniform() and (rate or step is None or step > 1):
+        return listed_times(times, rate)
     fps = 1 / step if step else rate
     if step == 1 and (times[0] == 0 or rate is None):
         fps = rate

@@ -53,14 +53,15 @@ def frame_number(time: float, fps: float | None, tolerance: float = 1e-9) -> flo
     return next(near, number)
 
 
-def uneven(seconds: Sequence[float], fps: float | None = None) -> Timing:
-    """Returns the timing of unevenly spaced frames, at this rate or else at the median rate."""
+def listed_times(seconds: Sequence[float], fps: float | None = None) -> Timing:
+    """Returns the timing of frames, each at its time, at this rate or else at the median rate."""
     if fps is None:
         step = statistics.median_low(np.diff(seconds).tolist())
-        # A step of one is that of frame numbers; the digits remove the rounding of the division.
-        fps = None if math.isclose(step, 1) else float(f"{1 / step:.12g}")
-    times = np.array([frame_number(second, fps) for second in seconds])
-    return Timing(fps, float(times[0]), times)
+        # Whole steps are those of frame numbers; the digits remove the rounding of the division.
+        is_whole = step >= 1 and math.isclose(step, round(step))
+        fps = None if is_whole else float(f"{1 / step:.12g}")
+    numbers = [frame_number(second, fps) for second in seconds]
+    return Timing(fps, numbers[0], None if spacing(numbers) == 1 else np.array(numbers))
 
 
 def numbers_of_files(header: Header, names: FrameNames) -> list[Number]:
