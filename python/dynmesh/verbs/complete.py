@@ -331,7 +331,7 @@ def _report(
         remarks=(
             *whole.remarks(source.header),
             *tally.watched.remarks(),
-            *_of_unseen(source, tally.seen),
+            *(_of_unseen(source, tally.seen) if reports else ()),
         ),
         frames=source.n_frames,
         start=whole.number_in(source.header),

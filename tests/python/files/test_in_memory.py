@@ -115,6 +115,11 @@ def test_a_comparison_that_may_be_meant_otherwise_is_remarked() -> None:
     assert dynmesh.evaluate(COMPLETED, TRUTH).remarks == ()
 
 
+def test_nothing_is_said_of_frames_that_were_not_completed() -> None:
+    report = dynmesh.complete(TRUTH[:1]).report
+    assert (report.completed, report.remarks) == (0, ())
+
+
 def test_arrays_hold_nan_where_nothing_is_known() -> None:
     for given, known in ((PARTIAL, KNOWN), (PARTIAL[3], KNOWN[3])):
         np.testing.assert_array_equal(np.isfinite(np.asarray(given)).all(axis=-1), known)
