@@ -227,7 +227,9 @@ class Sequence(Description, VertexAttributes, Stored):
         return str(_called("draw.notebook", "shown", self))
 
 
-InMemory: TypeAlias = Sequence | NDArray[np.floating[Any]] | Some[Mesh]
+_Array: TypeAlias = NDArray[np.floating[Any]]
+
+InMemory: TypeAlias = Sequence | _Array | Some[_Array] | Some[Mesh]
 """A sequence, positions (n, k, 3) beside faces, or meshes of trimesh or PyVista, a frame each."""
 
 
@@ -275,8 +277,14 @@ def as_sequence(frames: Any, faces: Any = None) -> Sequence | None:
     if isinstance(frames, Frames):
         refuse_reading({"faces": faces})
         return frames if isinstance(frames, Sequence) else None
-    is_in_memory = isinstance(frames, np.ndarray) or _is_of_meshes(frames)
+    is_in_memory = are_arrays(frames, faces) or _is_of_meshes(frames)
     return Sequence(frames, faces) if is_in_memory else None
+
+
+def are_arrays(frames: Any, faces: Any) -> bool:
+    """Whether these are positions alone: an array, or a list where faces are given."""
+    is_list = isinstance(frames, list | tuple) and faces is not None
+    return isinstance(frames, np.ndarray) or (is_list and not _is_of_meshes(frames))
 
 
 def refuse_reading(how: Mapping[str, Any]) -> None:

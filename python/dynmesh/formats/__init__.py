@@ -17,7 +17,7 @@ from .._errors import InputError, KindError, naming
 from ..frame import Frame, Frames, Stored, check_any
 from ..polygons import Faces, split_faces
 from ..run import Kept, Run
-from ..sequence import InMemory, as_sequence, refuse_reading
+from ..sequence import InMemory, are_arrays, as_sequence, refuse_reading
 from .format import Format, Gaps, NoFacesError, Template, template_of
 from .masks import MaskedFrames
 from .table import (
@@ -213,8 +213,9 @@ def opened(
         shared: what it gets if it needs it.
         **source: how to read a file, the keywords of :func:`open`.
     """
-    shared, faces = shared or Shared(), None
-    if isinstance(sequence, np.ndarray) and (faces := source.pop("faces", None)) is None:
+    shared = shared or Shared()
+    faces = source.pop("faces", None) if are_arrays(sequence, source.get("faces")) else None
+    if faces is None and are_arrays(sequence, shared.faces):
         faces = shared.take("faces")
     own = as_sequence(sequence, faces)
     frames = sequence if own is None or own.name else own.named(name)

@@ -6,6 +6,7 @@ exception, or if frames are missing, the file does not appear.
 
 from collections.abc import Generator, Iterator
 from dataclasses import dataclass, replace
+from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
 
@@ -75,8 +76,12 @@ class Place:
 
     def _check_not_among(self, frames: Frames) -> None:
         """Refuses to write frames into the folder whose files are read as frames."""
-        beside, suffix = self._path.parent, self._path.suffix.lower()
+        beside, suffix = self.made.parent, self.made.suffix.lower()
+        name = self.made.name if self._names is None else self._names.name(self._header.start)
+        pattern = frames.path
+        is_read = fnmatchcase(name, pattern.name) and pattern.name != name
         read = {one for one in (frames.path, *frames.files) if one.is_dir()}
+        read |= {pattern.parent} if is_read else set()
         of_files = {file.parent for file in frames.files if file.suffix.lower() == suffix}
         if (
             beside.is_dir()

@@ -8,7 +8,7 @@ from typing import Self
 
 from .._arrays import plain
 from .._checks import path_of
-from .._errors import InputError
+from .._errors import InputError, KindError
 from .._report import OutputReport, counted
 from ..formats import FORMATS, PathLike
 from ..formats.names import Number
@@ -42,6 +42,10 @@ class ScanRun:
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({counted(self.n_frames, 'scan')}, made when gone through)"
+
+    def __getstate__(self) -> object:
+        message = "are made in this process alone, and cannot be pickled or copied; write() them"
+        raise KindError(message, argument="scans")
 
     def __iter__(self) -> Iterator[Scan]:
         if self._has_begun:

@@ -294,7 +294,9 @@ def test_meshes_of_other_libraries_are_a_sequence() -> None:
         dynmesh.Sequence(completed.vertices)
     arrays = np.where(np.arange(100)[:, None] % 2, completed.vertices, np.nan)
     arrays[0] = completed.vertices[0]
-    assert dynmesh.complete(arrays, completed.faces).report.filled == 150
+    for given in (arrays, [*arrays], tuple(map(np.ndarray.tolist, arrays))):
+        assert dynmesh.complete(given, completed.faces).report.filled == 150
+        assert dynmesh.evaluate(given[:1], completed[:1], faces=completed.faces).mean == 0
 
 
 @pytest.mark.parametrize("kind", ["in memory", "run", "file", "meshes"])
@@ -337,8 +339,10 @@ def test_frames_that_are_not_in_memory_stay_in_their_process(tmp_path: Path) -> 
         assert_alike(copied, completed)
         assert copied.report == completed.report
     opened = dynmesh.open(tmp_path / "in.npz")
-    for frames in (opened, opened[1:3], dynmesh.convert(opened, scale=2)):
-        for duplicate in (pickle.dumps, deepcopy, copy):
+    for duplicate in (pickle.dumps, deepcopy, copy):
+        with pytest.raises(TypeError, match=r"scans: .*write\(\) them"):
+            duplicate(dynmesh.degrade(opened, scan=True))
+        for frames in (opened, opened[1:3], dynmesh.convert(opened, scale=2)):
             with pytest.raises(TypeError, match=r"in\.npz: .*dynmesh\.read\(\) keeps them"):
                 duplicate(frames)
 

@@ -238,6 +238,7 @@ _verbs = [
     _complete("the masks of the input as output", _over("body.npz", "known.npy", source={"known": "known.npy"}), ValueError, "known.npy:", "is the input"),
     _complete("the faces of the input as output", _over("bare.npy", "single.npz", source={"faces": "single.npz"}), ValueError, "single.npz:", "is the input"),
     _complete("the frames of a folder as output", _over("walk", "walk/frame_%04d.ply"), ValueError, "frame_0000.ply:", "is the input"),
+    _complete("frames among those of a glob", _over("walk/*.ply", "walk/out_%04d.ply"), ValueError, "out_%04d.ply:", "is in the folder of the input"),
     _complete("frames among those of the input", _over("walk", "walk/out_%04d.ply"), ValueError, "out_%04d.ply:", "is in the folder of the input"),
     _complete("the template as output", _over("body.npz", "single.npz", template="single.npz"), ValueError, "single.npz:", "input"),
     _complete("a training file as output", _over("body.npz", "training.npz", training="training.npz"), ValueError, "training.npz:", "input"),
