@@ -10,33 +10,33 @@
 #include "base/geometry.hpp"
 
 namespace dynmesh {
-namespace {
-
-/// The vertices of each component, in order.
-std::vector<std::vector<Index>> find_components(const Cells& cells) {
-  std::vector<std::vector<Index>> components;
+Cells find_components(const Cells& cells) {
+  Cells components;
+  std::vector<Index>& members = components.neighbours;
   std::vector<std::uint8_t> is_reached(cells.size());
+  const auto reach = [&](Index v) {
+    if (is_reached[at(v)] == 0) members.push_back(v);
+    is_reached[at(v)] = 1;
+  };
   for (Index seed = 0; seed < static_cast<Index>(cells.size()); ++seed) {
     if (is_reached[at(seed)] != 0) continue;
-    auto& members = components.emplace_back(1, seed);
-    is_reached[at(seed)] = 1;
-    for (std::size_t next = 0; next < members.size(); ++next) {
-      for (const Index j : cells[members[next]]) {
-        if (is_reached[at(j)] == 0) members.push_back(j);
-        is_reached[at(j)] = 1;
-      }
+    const std::size_t first = members.size();
+    reach(seed);
+    for (std::size_t next = first; next < members.size(); ++next) {
+      std::ranges::for_each(cells[at(members[next])], reach);
     }
-    std::ranges::sort(members);
+    std::ranges::sort(std::span(members).subspan(first));
+    components.offsets.push_back(static_cast<Index>(members.size()));
   }
   return components;
 }
 
-}  // namespace
-
 std::vector<Index> in_order(const Cells& cells, Field positions) {
   constexpr double steps = 1 << 20;
   std::vector<double> distances(positions.size());
-  for (const auto& members : find_components(cells)) {
+  const Cells components = find_components(cells);
+  for (std::size_t c = 0; c < components.size(); ++c) {
+    const auto members = components[c];
     Vector3 sum;
     for (const Index v : members) sum = sum + positions[v];
     const auto mean = (1 / static_cast<double>(members.size())) * sum;

@@ -24,6 +24,9 @@ struct Clusters {
   [[nodiscard]] std::size_t size() const { return centres.size(); }
 };
 
+/// The vertices of each component, in order. The components have the order of their first vertices.
+Cells find_components(const Cells& cells);
+
 /// The order in which vertices may become centres, which does not depend on their numbers.
 /// Distances from the mean are rounded, since the order of a sum over all vertices affects it.
 std::vector<Index> in_order(const Cells& cells, Field positions);

@@ -10,6 +10,7 @@
 
 #include "base/checks.hpp"
 #include "base/geometry.hpp"
+#include "mesh/clusters.hpp"
 
 namespace dynmesh {
 namespace {
@@ -167,28 +168,6 @@ Cells collect_cells(const std::vector<Edge>& edges, std::size_t n_vertices) {
   return cells;
 }
 
-std::vector<Index> label_components(const Cells& cells, std::size_t& n_components) {
-  std::vector<Index> component(cells.size(), -1);
-  std::vector<Index> stack;
-  n_components = 0;
-  for (std::size_t seed = 0; seed < cells.size(); ++seed) {
-    if (component[seed] >= 0) continue;
-    const auto label = static_cast<Index>(n_components++);
-    component[seed] = label;
-    stack.push_back(static_cast<Index>(seed));
-    while (!stack.empty()) {
-      const Index v = stack.back();
-      stack.pop_back();
-      for (const Index n : cells[v]) {
-        if (component[n] >= 0) continue;
-        component[n] = label;
-        stack.push_back(n);
-      }
-    }
-  }
-  return component;
-}
-
 }  // namespace
 
 Topology build_topology(Faces faces, std::size_t n_vertices) {
@@ -196,7 +175,12 @@ Topology build_topology(Faces faces, std::size_t n_vertices) {
   Topology topology;
   const std::vector<Edge> edges = find_edges(faces, n_vertices, topology.report);
   topology.cells = collect_cells(edges, n_vertices);
-  topology.component = label_components(topology.cells, topology.report.components);
+  const Cells components = find_components(topology.cells);
+  topology.report.components = components.size();
+  topology.component.resize(n_vertices);
+  for (std::size_t c = 0; c < components.size(); ++c) {
+    for (const Index v : components[c]) topology.component[at(v)] = static_cast<Index>(c);
+  }
   for (std::size_t v = 0; v < n_vertices; ++v) {
     topology.report.isolated_vertices += topology.cells[v].empty() ? 1U : 0U;
   }

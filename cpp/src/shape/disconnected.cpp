@@ -6,6 +6,7 @@
 #include "base/geometry.hpp"
 #include "base/rigid_motion.hpp"
 #include "frame/generations.hpp"
+#include "mesh/clusters.hpp"
 #include "shape/constants.hpp"
 
 namespace dynmesh {
@@ -19,16 +20,12 @@ constexpr double least_lever = 0.25;
 
 Disconnected::Disconnected(const Topology& topology, DisconnectedRule rule, Leaders& leaders,
                            Index fewest_anchors)
-    : topology_(topology),
-      rule_(rule),
+    : rule_(rule),
       leaders_(leaders),
       fewest_anchors_(fewest_anchors),
-      members_(topology.report.components),
+      members_(find_components(topology.cells)),
       seen_(Seen(members_.size()), 1) {
-  for (std::size_t v = 0; v < topology.component.size(); ++v) {
-    members_[at(topology.component[v])].push_back(static_cast<Index>(v));
-  }
-  seen_.lend().anchors.reserve(topology.component.size());
+  seen_.lend().anchors.reserve(topology.cells.size());
 }
 
 auto Disconnected::seen_in(const Generations& generations) -> Lent<Seen> {
@@ -92,7 +89,7 @@ RigidMotion Disconnected::motion_of(const Leaders::Lead& lead, const Leaders::Le
     if (!(square > least * least)) motion.rotation.setIdentity();
     return motion;
   }
-  const auto& members = members_[at(lead.follower)];
+  const auto members = members_[at(lead.follower)];
   double reach = 0;
   for (const Index v : members) {
     reach +=

@@ -21,7 +21,7 @@ namespace dynmesh {
 /// constructor.
 class Disconnected {
  public:
-  /// `topology` and `leaders` must outlive this object. A component may lead others if it contains
+  /// `leaders` must outlive this object. A component may lead others if it contains
   /// at least so many anchors.
   Disconnected(const Topology& topology, DisconnectedRule rule, Leaders& leaders,
                Index fewest_anchors);
@@ -57,11 +57,10 @@ class Disconnected {
                                       Field previous, Field points,
                                       std::span<const Quaternion> rotations) const;
 
-  const Topology& topology_;
   DisconnectedRule rule_;
   Leaders& leaders_;
   Index fewest_anchors_;
-  std::vector<std::vector<Index>> members_;  // of the components
+  Cells members_;  // of the components
   Lender<Seen> seen_;
 };
 
