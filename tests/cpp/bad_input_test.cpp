@@ -105,8 +105,6 @@ TEST_CASE("C++ refuses what it cannot use") {
   });
 
   refused({"faces:", "null pointer"}, [] { build_topology({nullptr, 2}, 9); });
-  refused({"method:", "'lsm'"}, [] { method_from_name("lsm"); });
-  refused({"disconnected:", "'x'"}, [] { disconnected_rule_from_name("x"); });
   const Topology topology = build_topology(faces, k);
   LeastSquaresMesh baseline(topology);
   refused({"points:", "null pointer"}, [&] { baseline.complete({none, k}, known, {}, out); });

@@ -6,7 +6,6 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
-#include <string_view>
 #include <utility>
 
 namespace dynmesh {
@@ -89,11 +88,5 @@ class DYNMESH_EXPORT SettingError : public std::invalid_argument {
 
 /// Throws SettingError, which names the setting and its value.
 DYNMESH_EXPORT void check_settings(const Settings& settings);
-
-/// Returns the method of this name, "motion" or "detail". Throws SettingError for any other
-/// name.
-DYNMESH_EXPORT Method method_from_name(std::string_view name);
-/// Returns the rule of this name, "hold" or "follow". Throws SettingError for any other name.
-DYNMESH_EXPORT DisconnectedRule disconnected_rule_from_name(std::string_view name);
 
 }  // namespace dynmesh

@@ -44,10 +44,4 @@ void check_settings(const TrackerSettings& settings) {
   });
 }
 
-Method method_from_name(std::string_view name) { return from_name<Method>("method", name); }
-
-DisconnectedRule disconnected_rule_from_name(std::string_view name) {
-  return from_name<DisconnectedRule>("disconnected", name);
-}
-
 }  // namespace dynmesh
