@@ -2,10 +2,9 @@
 #pragma once
 
 #include <atomic>
+#include <mutex>
 #include <stdexcept>
 #include <string>
-
-#include "base/set_flag.hpp"
 
 namespace dynmesh {
 
@@ -27,17 +26,24 @@ class OneAtATime {
   /// `call`.
   template <class Call>
   decltype(auto) enter(const Call& call) {
-    if (inside_.test_and_set(std::memory_order_acquire)) {
+    const std::unique_lock inside(inside_, std::try_to_lock);
+    if (!inside) {
       throw InUse(std::string("this ") + object_ +
                   " is in use by another thread; give each thread its own, or take turns");
     }
-    const SetFlag inside(inside_);
     return call();
   }
 
  private:
+  /// A mutex that also refuses the thread that holds it.
+  struct Flag {
+    std::atomic_flag is_set;
+    bool try_lock() { return !is_set.test_and_set(std::memory_order_acquire); }
+    void unlock() { is_set.clear(std::memory_order_release); }
+  };
+
   const char* object_;
-  std::atomic_flag inside_;
+  Flag inside_;
 };
 
 }  // namespace dynmesh

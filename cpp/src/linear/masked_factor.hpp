@@ -3,16 +3,15 @@
 
 #include <Eigen/SparseCore>
 #include <array>
-#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <dynmesh/types.hpp>
 #include <memory>
+#include <mutex>
 #include <span>
 #include <vector>
 
 #include "base/geometry.hpp"
-#include "base/set_flag.hpp"
 #include "base/workers.hpp"
 #include "kernels/kernels.hpp"
 
@@ -125,7 +124,7 @@ class MaskedFactor {
     /// So many rows of a product of panels are computed at once, to stay in the first-level cache.
     static constexpr Index rows_of_product = 128;
 
-    std::atomic_flag is_lent;
+    std::mutex is_lent;
     std::vector<Index> local;  // (n,) the row of the current panel for each row of the submatrix
     std::array<double, at(widest_supernode)> least_pivots{};
     std::array<double, at(rows_of_product) * at(widest_supernode)> products{};
@@ -159,10 +158,8 @@ class MaskedFactor {
   template <class Work>
   void lend_workspace(const Work& work) {
     std::size_t i = 0;
-    while (workspaces_[i].is_lent.test_and_set(std::memory_order_acquire)) {
-      i = (i + 1) % workspaces_.size();
-    }
-    const SetFlag is_lent(workspaces_[i].is_lent);
+    while (!workspaces_[i].is_lent.try_lock()) i = (i + 1) % workspaces_.size();
+    const std::lock_guard is_lent(workspaces_[i].is_lent, std::adopt_lock);
     work(workspaces_[i]);
   }
 
