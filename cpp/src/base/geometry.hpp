@@ -11,8 +11,6 @@
 #include <span>
 #include <vector>
 
-#include "base/length_limits.hpp"
-
 namespace dynmesh {
 
 /// Where an index is missing.
@@ -20,6 +18,10 @@ constexpr Index none = -1;
 
 /// An index, which is signed and has 32 bits, beside subscripts, which are not.
 constexpr std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+/// The bounds of squared lengths in squared mean edge lengths. Only outliers reach the upper one.
+inline constexpr double squared_length_floor = 1e-12;
+inline constexpr double squared_length_ceiling = 1e24;
 
 inline bool is_finite(const Vector3& v) {
   return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);

@@ -16,7 +16,6 @@
 namespace dynmesh::DYNMESH_KERNELS {
 namespace {
 
-using Floats [[gnu::vector_size(16), gnu::may_alias]] = float;
 using Doubles [[gnu::vector_size(32), gnu::may_alias]] = double;
 using Integers [[gnu::vector_size(32), gnu::may_alias]] = std::int64_t;
 constexpr int lanes = 4;
