@@ -79,7 +79,7 @@ void for_each_trait(const StateKind& kind, const Stream& stream, const Settings&
 template <class Settings>
 void write_head(Writer& writer, const StateKind& kind, const Stream& stream,
                 const Settings& settings) {
-  writer.write(std::span<const char>(kind.format));
+  writer.write(kind.format);
   for_each_trait(kind, stream, settings, [&](std::uint64_t value, auto) { writer.write(value); });
 }
 
@@ -88,8 +88,7 @@ Reader read_head(std::span<const std::byte> state, const StateKind& kind, const 
                  const Settings& settings) {
   const std::size_t size = stream.state_size;
   Reader reader(state);
-  StateFormat format{};
-  reader.read(std::span<char>(format));
+  const auto format = reader.read<StateFormat>();
   if (!std::equal(format.begin(), format.end() - 1, kind.format.begin())) {
     refuse_state(joined("not a ", kind.name, " state"));
   }

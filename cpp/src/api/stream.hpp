@@ -149,18 +149,20 @@ struct StreamOf final : Stream {
   void write(Writer& writer) const override {
     write_head(writer, kind(), *this, settings);
     writer.write(solver->first_frame);
-    each_number(*solver, memory, report.get(), NumberWriter(writer));
+    each_number(*solver, memory, report.get(),
+                [&](const auto& numbers, bool = true) { writer.write(numbers); });
   }
 
   void restore(std::span<const std::byte> state) override {
     Reader reader = read_head(state, kind(), *this, settings);
     std::vector<Vector3> first_frame(n_vertices());
-    reader.read(first_frame);
+    reader.read(first_frame, false);
     check_stored_frame(first_frame, coordinates.largest);
     auto with = solver_for(std::move(first_frame));
     Memory restored = with->first_memory();
     Report stored;
-    each_number(*with, restored, stored, NumberReader(reader));
+    each_number(*with, restored, stored,
+                [&](auto& numbers, bool is_finite = true) { reader.read(numbers, is_finite); });
     check_memory(restored, coordinates.largest);
     restored.generations.classify(topology.cells, restored.known);
     begin(std::move(with), std::move(restored), stored);

@@ -43,24 +43,35 @@ inline void check_stored_frame(Field frame, double largest) {
                " that is not finite, or too large");
 }
 
+/// Calls `visit` with spans of the numbers that `visited` consists of: one, or an array of numbers,
+/// of Vector3 or of Quaternion.
+template <class Visited, class Visit>
+void each_span(Visited& visited, const Visit& visit) {
+  if constexpr (std::is_arithmetic_v<Visited>) {
+    visit(std::span(&visited, 1));
+  } else if constexpr (requires { visited.w; }) {
+    visit(std::span(&visited.w, 4));
+  } else if constexpr (requires { visited.x; }) {
+    visit(std::span(&visited.x, 3));
+  } else if constexpr (std::is_arithmetic_v<typename Visited::value_type>) {
+    visit(std::span(visited.data(), visited.size()));
+  } else {
+    for (auto& part : visited) each_span(part, visit);
+  }
+}
+
 /// Writes numbers one after another.
 class Writer {
  public:
   /// Expects as many bytes.
   explicit Writer(std::size_t size = 0) { bytes_.reserve(size); }
 
-  template <class T>
-  void write(T value) {
-    write(std::span<const T>(&value, 1));
-  }
-  template <class T>
-  void write(std::span<const T> numbers) {
-    static_assert(std::is_arithmetic_v<T>);
-    const auto bytes = std::as_bytes(numbers);
-    bytes_.insert(bytes_.end(), bytes.begin(), bytes.end());
-  }
-  void write(const std::vector<Vector3>& frame) {
-    for (const auto& v : frame) write(std::span<const double>(&v.x, 3));
+  template <class Visited>
+  void write(const Visited& visited) {
+    each_span(visited, [&](auto numbers) {
+      const auto bytes = std::as_bytes(numbers);
+      bytes_.insert(bytes_.end(), bytes.begin(), bytes.end());
+    });
   }
   /// Appends a hash of everything written, and returns the bytes.
   std::vector<std::byte> take_sealed() {
@@ -80,86 +91,37 @@ class Reader {
   template <class T>
   T read() {
     T value{};
-    read(std::span<T>(&value, 1));
+    read(value);
     return value;
   }
+  /// Refuses numbers that are not finite, unless they may be.
+  template <class Visited>
+  void read(Visited& visited, bool is_finite = true) {
+    if constexpr (std::is_same_v<Visited, bool>) {
+      visited = read<std::uint8_t>() != 0;
+    } else {
+      each_span(visited, [&](auto numbers) { read_span(numbers, is_finite); });
+    }
+  }
+
+ private:
   template <class T>
-  void read(std::span<T> numbers) {
-    static_assert(std::is_arithmetic_v<T>);
+  void read_span(std::span<T> numbers, bool is_finite) {
     if (numbers.empty()) return;
     if (rest_.size() < numbers.size_bytes()) {
       refuse_state("truncated: its " + std::to_string(size_) + " bytes are too few");
     }
     std::memcpy(numbers.data(), rest_.data(), numbers.size_bytes());
     rest_ = rest_.subspan(numbers.size_bytes());
-  }
-  /// Refuses numbers that are not finite.
-  template <class T>
-  void read_finite(std::span<T> numbers) {
-    read(numbers);
     if constexpr (std::is_floating_point_v<T>) {
-      if (!std::ranges::all_of(numbers, [](T x) { return std::isfinite(x); })) {
+      if (is_finite && !std::ranges::all_of(numbers, [](T x) { return std::isfinite(x); })) {
         refuse_state("holds a number that is not finite");
       }
     }
   }
-  void read(std::vector<Vector3>& frame) {
-    for (auto& v : frame) read(std::span<double>(&v.x, 3));
-  }
 
- private:
   std::size_t size_;
   std::span<const std::byte> rest_;
-};
-
-/// Calls `visit` with spans of the numbers that `visited` consists of: one, or a vector of numbers,
-/// of Vector3 or of Quaternion.
-template <class Visited, class Visit>
-void each_span(Visited& visited, const Visit& visit) {
-  if constexpr (std::is_arithmetic_v<Visited>) {
-    visit(std::span(&visited, 1));
-  } else if constexpr (requires { visited.w; }) {
-    visit(std::span(&visited.w, 4));
-  } else if constexpr (requires { visited.x; }) {
-    visit(std::span(&visited.x, 3));
-  } else if constexpr (std::is_arithmetic_v<typename Visited::value_type>) {
-    visit(std::span(visited.data(), visited.size()));
-  } else {
-    for (auto& part : visited) each_span(part, visit);
-  }
-}
-
-/// Writes and reads what `each_number` visits.
-class NumberWriter {
- public:
-  explicit NumberWriter(Writer& writer) : writer_(writer) {}
-  template <class Visited>
-  void operator()(const Visited& visited, bool /*is_finite*/ = true) const {
-    each_span(visited, [&](auto numbers) {
-      writer_.write(
-          std::span<const std::remove_const_t<typename decltype(numbers)::value_type>>(numbers));
-    });
-  }
-
- private:
-  Writer& writer_;
-};
-class NumberReader {
- public:
-  explicit NumberReader(Reader& reader) : reader_(reader) {}
-  template <class Visited>
-  void operator()(Visited& visited, bool is_finite = true) const {
-    if constexpr (std::is_same_v<Visited, bool>) {
-      visited = reader_.template read<std::uint8_t>() != 0;
-    } else {
-      each_span(visited, [&](auto numbers) {
-        is_finite ? reader_.read_finite(numbers) : reader_.read(numbers);
-      });
-    }
-  }
-
- private:
-  Reader& reader_;
 };
 
 }  // namespace dynmesh
