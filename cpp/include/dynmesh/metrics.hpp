@@ -16,7 +16,8 @@ namespace dynmesh {
 /// empty. Distances are measured on the respective mesh and are at least 1e-6 mean edge lengths of
 /// the reference. The time is linear in the number of edges.
 ///
-/// Throws std::invalid_argument unless `reference` and `completed` have one finite row per cell.
+/// Throws std::invalid_argument unless `reference` and `completed` have one finite row per cell,
+/// within the range of Completer.
 template <class Real>
 DYNMESH_EXPORT double nmsve(const Cells& cells, Points<const Real> reference,
                             Points<const Real> completed);

@@ -189,8 +189,7 @@ Completer<Real>::Completer(Faces faces, Points<const Real> first_frame, const Se
 template <class Real>
 void Completer<Real>::reset(Points<const Real> frame) {
   const DefaultArithmetic arithmetic;
-  check_rows("frame", frame, n_vertices());
-  completion_stream(*stream_).reset(complete_frame("frame", frame));
+  completion_stream(*stream_).reset(complete_frame("frame", frame, n_vertices()));
 }
 
 template <class Real>

@@ -176,8 +176,7 @@ Tracker<Real>::Tracker(Faces faces, Points<const Real> first_frame, const Tracke
 template <class Real>
 void Tracker<Real>::reset(Points<const Real> frame) {
   const DefaultArithmetic arithmetic;
-  check_rows("frame", frame, n_vertices());
-  tracking_stream(*stream_).reset(complete_frame("frame", frame));
+  tracking_stream(*stream_).reset(complete_frame("frame", frame, n_vertices()));
 }
 
 template <class Real>

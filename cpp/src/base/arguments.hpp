@@ -29,10 +29,13 @@ Vector3 known_row(const Points<const Real>& points, std::size_t i) {
   return checked_row("points", "row", points, i, "known positions must be finite");
 }
 
+/// The positions of a frame that must be complete, with a row for each vertex.
 template <class Real>
-std::vector<Vector3> complete_frame(const char* argument, Points<const Real> points) {
-  std::vector<Vector3> frame(points.count);
-  for (std::size_t v = 0; v < points.count; ++v) {
+std::vector<Vector3> complete_frame(const char* argument, Points<const Real> points,
+                                    std::size_t n_vertices) {
+  check_rows(argument, points, n_vertices);
+  std::vector<Vector3> frame(n_vertices);
+  for (std::size_t v = 0; v < n_vertices; ++v) {
     frame[v] = checked_row(argument, "vertex", points, v, "this frame must be complete and finite");
   }
   return frame;
@@ -62,8 +65,7 @@ std::vector<Vector3> first_frame_of(Points<const Real> points,
   if (points.count > at(std::numeric_limits<Index>::max())) {
     refuse(argument, "has ", points.count, " rows, more than 32-bit indices can count");
   }
-  check_view(argument, points);
-  return complete_frame(argument, points);
+  return complete_frame(argument, points, points.count);
 }
 
 }  // namespace dynmesh

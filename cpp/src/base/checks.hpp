@@ -9,7 +9,6 @@
 #include <string>
 #include <string_view>
 #include <type_traits>
-#include <vector>
 
 #include "base/geometry.hpp"
 
@@ -78,21 +77,6 @@ void check_rows(const char* argument, const View& view, std::size_t n_vertices) 
     refuse(argument, "has ", view.count, " rows, but the mesh has ", n_vertices, " vertices");
   }
   check_view(argument, view);
-}
-
-/// The positions of a frame that must be complete, with a row for each vertex.
-template <class Real>
-std::vector<Vector3> finite_frame(const char* argument, Points<const Real> points,
-                                  std::size_t n_vertices) {
-  check_rows(argument, points, n_vertices);
-  std::vector<Vector3> frame(n_vertices);
-  for (std::size_t v = 0; v < n_vertices; ++v) {
-    frame[v] = row(points, v);
-    if (is_finite(frame[v])) continue;
-    refuse(argument, "vertex ", v, " is at ", to_text(frame[v]),
-           ", but this frame must be complete and finite");
-  }
-  return frame;
 }
 
 }  // namespace dynmesh

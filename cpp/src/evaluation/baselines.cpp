@@ -3,7 +3,7 @@
 #include <dynmesh/baselines.hpp>
 #include <vector>
 
-#include "base/checks.hpp"
+#include "base/arguments.hpp"
 #include "base/default_arithmetic.hpp"
 #include "base/geometry.hpp"
 #include "linear/masked_factor.hpp"
@@ -22,9 +22,14 @@ namespace {
 using Mask = std::vector<std::uint8_t>;
 using Frame = std::vector<Vector3>;
 
-/// L = D - R, eq. (2), with `weight(i, j)` in the place of the ones of R.
-template <class Weight>
-SparseMatrix laplacian(const Cells& cells, const Weight& weight) {
+/// L = D - R, eq. (2); with a frame, inverse distances in it take the place of the ones of R.
+SparseMatrix laplacian(const Cells& cells, Field frame) {
+  const double h = frame.empty() ? 1 : mean_edge_length(cells, frame);
+  const double shortest = std::sqrt(squared_length_floor) * h;
+  const auto weight = [&](Index i, Index j) {
+    if (frame.empty()) return 1.0;
+    return h / std::max(std::sqrt(squared_norm(frame[i] - frame[j])), shortest);
+  };
   std::vector<Eigen::Triplet<double, Index>> entries;
   const auto k = static_cast<Index>(cells.size());
   for (Index i = 0; i < k; ++i) {
@@ -38,9 +43,6 @@ SparseMatrix laplacian(const Cells& cells, const Weight& weight) {
   SparseMatrix result(k, k);
   result.setFromTriplets(entries.begin(), entries.end());
   return result;
-}
-SparseMatrix laplacian(const Cells& cells) {
-  return laplacian(cells, [](Index, Index) { return 1.0; });
 }
 
 /// Sets `values` where `is_free` so that these rows of `energy` times the values are 0: the minimum
@@ -88,16 +90,10 @@ struct Given {
       : known(topology.cells.size()), values(known.size()), origin(known.size()) {
     check_rows("points", points, known.size());
     check_rows("known", mask, known.size());
-    if (previous.data != nullptr) origin = finite_frame("previous", previous, known.size());
+    if (previous.data != nullptr) origin = complete_frame("previous", previous, known.size());
     for (std::size_t v = 0; v < known.size(); ++v) {
       known[v] = mask[v] ? 1 : 0;
-      if (known[v] == 0) continue;
-      const Vector3 position = row(points, v);
-      if (!is_finite(position)) {
-        refuse("points", "row ", v, " is at ", to_text(position),
-               ", but known positions must be finite");
-      }
-      values[v] = position - origin[v];
+      if (known[v] != 0) values[v] = known_row(points, v) - origin[v];
     }
     check_components(topology, known);
   }
@@ -105,20 +101,13 @@ struct Given {
 
 SparseMatrix energy_of(const Cells& cells, Objective objective, Weights weights,
                        Points<const double> reference) {
-  SparseMatrix l;
-  if (weights == Weights::uniform) {
-    if (reference.data != nullptr) refuse("reference", "requires weights 'inverse_distance'");
-    l = laplacian(cells);
-  } else {
-    if (reference.data == nullptr)
-      refuse("reference", "is required for weights 'inverse_distance'");
-    const auto frame = finite_frame("reference", reference, cells.size());
-    const double h = mean_edge_length(cells, frame);
-    const double shortest = std::sqrt(squared_length_floor) * h;
-    l = laplacian(cells, [&](Index i, Index j) {
-      return h / std::max(std::sqrt(squared_norm(frame[i] - frame[j])), shortest);
-    });
+  const bool is_measured = weights == Weights::inverse_distance;
+  if (is_measured != (reference.data != nullptr)) {
+    refuse("reference", is_measured ? "is required for" : "requires",
+           " weights 'inverse_distance'");
   }
+  const Frame frame = is_measured ? complete_frame("reference", reference, cells.size()) : Frame();
+  const SparseMatrix l = laplacian(cells, frame);
   return objective == Objective::harmonic ? l : SparseMatrix(l * l);  // L is symmetric
 }
 

@@ -3,7 +3,7 @@
 #include <dynmesh/metrics.hpp>
 #include <vector>
 
-#include "base/checks.hpp"
+#include "base/arguments.hpp"
 #include "base/default_arithmetic.hpp"
 #include "base/geometry.hpp"
 
@@ -33,8 +33,8 @@ double nmsve(const Cells& cells, Points<const Real> reference, Points<const Real
   const DefaultArithmetic arithmetic;
   const std::size_t k = cells.size();
   if (k == 0) refuse("reference", "has no vertices");
-  const auto v = finite_frame("reference", reference, k);
-  const auto w = finite_frame("completed", completed, k);
+  const auto v = complete_frame("reference", reference, k);
+  const auto w = complete_frame("completed", completed, k);
   const double shortest = std::sqrt(squared_length_floor) * mean_edge_length(cells, v);
   double sum = 0;
   for (std::size_t i = 0; i < k; ++i) {
@@ -49,8 +49,8 @@ template <class Real>
 void vertex_error(Points<const Real> reference, Points<const Real> completed,
                   std::span<double> error) {
   const DefaultArithmetic arithmetic;
-  const auto v = finite_frame("reference", reference, error.size());
-  const auto w = finite_frame("completed", completed, error.size());
+  const auto v = complete_frame("reference", reference, error.size());
+  const auto w = complete_frame("completed", completed, error.size());
   for (std::size_t i = 0; i < error.size(); ++i) error[i] = std::sqrt(squared_norm(v[i] - w[i]));
 }
 
