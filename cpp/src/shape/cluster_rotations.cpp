@@ -37,8 +37,7 @@ std::optional<Quaternion> rotation_of(const Moments& anchors, double least_acros
   if (anchors.number < 3) return {};
   const RigidMotion motion = fit_rigid_motion(anchors);
   if (!(motion.squared_across > least_across * least_across)) return {};
-  const Eigen::Quaterniond q(motion.rotation);
-  return Quaternion{q.w(), q.x(), q.y(), q.z()};
+  return quaternion_of(motion.rotation);
 }
 
 bool are_all(const std::vector<std::uint8_t>& flags) {
@@ -307,8 +306,7 @@ auto AnchorRotations::equations_of(std::span<const Arms> arms, Field omega,
                                    const ClusterRotations& found) -> Lent<std::vector<Equation>> {
   Lent<std::vector<Equation>> equations = equations_.lend();
   for (std::size_t c = 0; c < equations.size(); ++c) {
-    const auto& [w, x, y, z] = found.of_clusters[c];
-    const Eigen::Matrix3d turn = Eigen::Quaterniond(w, x, y, z).toRotationMatrix();
+    const Eigen::Matrix3d turn = rotation_matrix(found.of_clusters[c]);
     const Eigen::Matrix3d y_y = turn * arms[c].before * turn.transpose();
     const Eigen::Matrix3d q_y = arms[c].now * turn.transpose();
     Eigen::Matrix3d h = y_y.trace() * Eigen::Matrix3d::Identity() - y_y;

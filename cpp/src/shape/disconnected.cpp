@@ -8,6 +8,7 @@
 #include "frame/generations.hpp"
 #include "mesh/clusters.hpp"
 #include "shape/constants.hpp"
+#include "shape/rotations.hpp"
 
 namespace dynmesh {
 namespace {
@@ -96,8 +97,7 @@ RigidMotion Disconnected::motion_of(const Leaders::Lead& lead, const Leaders::Le
         (to_eigen(previous[v]) - motion.from).squaredNorm() / static_cast<double>(members.size());
   }
   if (square > std::max(least * least, std::pow(least_lever, 2) * reach)) return motion;
-  const auto& [w, x, y, z] = rotations[at(lead.follower)];
-  motion.rotation = Eigen::Quaterniond(w, x, y, z).toRotationMatrix();
+  motion.rotation = rotation_matrix(rotations[at(lead.follower)]);
   return motion;
 }
 

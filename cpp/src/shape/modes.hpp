@@ -41,7 +41,6 @@ SurfaceParts divide_surface(const Cells& cells, Field frame,
 template <class Real>
 class VertexSums {
  public:
-  VertexSums() = default;
   VertexSums(std::size_t n_vertices, std::size_t most_sums)
       : k_(static_cast<Index>(n_vertices)),
         n_chunks_((k_ + chunk - 1) / chunk),
@@ -68,14 +67,13 @@ class VertexSums {
  private:
   static constexpr Index chunk = 256;
 
-  Index k_ = 0;
-  Index n_chunks_ = 0;
+  Index k_;
+  Index n_chunks_;
   std::vector<Real> partial_sums_;  // of each chunk
 };
 
 /// Buffers of products with modes, for one thread of calls at a time.
 struct ModeSums {
-  ModeSums() = default;
   ModeSums(std::size_t n_vertices, std::size_t n_coefficients)
       : coefficients(n_coefficients), of_vertices(n_vertices, 2 * n_coefficients) {}
 

@@ -1,6 +1,7 @@
 /// The rotation of the surface around each vertex since frame 0.
 #pragma once
 
+#include <Eigen/Geometry>
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
 #include <span>
@@ -26,6 +27,14 @@ inline Quaternion product(const Quaternion& a, const Quaternion& b) {
   return {
       a.w * b.w - a.x * b.x - a.y * b.y - a.z * b.z, a.w * b.x + a.x * b.w + a.y * b.z - a.z * b.y,
       a.w * b.y - a.x * b.z + a.y * b.w + a.z * b.x, a.w * b.z + a.x * b.y - a.y * b.x + a.z * b.w};
+}
+
+inline Quaternion quaternion_of(const Eigen::Matrix3d& rotation) {
+  const Eigen::Quaterniond q(rotation);
+  return {q.w(), q.x(), q.y(), q.z()};
+}
+inline Eigen::Matrix3d rotation_matrix(const Quaternion& q) {
+  return Eigen::Quaterniond(q.w, q.x, q.y, q.z).toRotationMatrix();
 }
 
 /// Multiplies a field (k,) by Q, which rotates it from the axes of frame 0 to those of the fitted

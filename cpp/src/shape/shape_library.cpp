@@ -1,6 +1,5 @@
 #include "shape/shape_library.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -237,8 +236,7 @@ Modes training_modes(std::span<const std::vector<Vector3>> training,
   std::vector<Quaternion> q(model.size()), before(model.size());
   Rotations rotations(model.surroundings, workers);
   for (const auto& frame : training) {
-    const Eigen::Quaterniond whole(fit_rigid_motion(model.first_frame, frame).rotation);
-    std::ranges::fill(q, Quaternion{whole.w(), whole.x(), whole.y(), whole.z()});
+    std::ranges::fill(q, quaternion_of(fit_rigid_motion(model.first_frame, frame).rotation));
     for (int n = 0; n < most_fits; ++n) {
       before = q;
       rotations.fit(frame, q);

@@ -21,8 +21,7 @@ Eigen::Matrix3d matrix_of(const std::array<Vector3, 3>& rows) {
 /// The expected error of the rotation after a frame, if it grows by `size` about each axis.
 Eigen::Matrix3d grown(const Eigen::Matrix3d& before, const ComponentRotation& turn, double size) {
   if (turn.axes == 3) return Eigen::Matrix3d::Zero();
-  const auto& [w, x, y, z] = turn.rotation;
-  const Eigen::Matrix3d rotation = Eigen::Quaterniond(w, x, y, z).toRotationMatrix();
+  const Eigen::Matrix3d rotation = rotation_matrix(turn.rotation);
   Eigen::Matrix3d after =
       rotation * before * rotation.transpose() + size * Eigen::Matrix3d::Identity();
   if (turn.axes == 2) after = (after * turn.line).norm() * turn.line * turn.line.transpose();
