@@ -143,11 +143,6 @@ class MaskedFactor {
   void queue(Index panel, Index row, Border* border);
   void number_border(const Border& border, std::vector<Index>& local);
 
-  // solves.cpp
-  template <class Forward, class Backward>
-  void pass(std::span<Vector3> values, int fields, const Forward& forward,
-            const Backward& backward);
-
   /// Calls `work(border)` for each subtree, sharing them if it is worth it.
   template <class Work>
   void for_each_subtree(bool is_worth_it, const Work& work) {

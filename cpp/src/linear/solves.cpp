@@ -14,34 +14,8 @@ constexpr double solve_from = 2e5 / 1024;
 
 }  // namespace
 
-/// Calls `forward(panel, sums)` for all panels and then `backward(panel)` in reverse. Forward steps
-/// add up in `sums` what they contribute to the rows above their subtree, to which others
-/// contribute at the same time. Subtrees are shared if it is worth it.
-template <class Forward, class Backward>
-void MaskedFactor::pass(std::span<Vector3> values, int fields, const Forward& forward,
-                        const Backward& backward) {
-  const std::size_t width = at(fields);
-  const bool is_worth_it =
-      static_cast<double>(n_entries_) * fields >= solve_from * workers_.task_sharing().chunk;
-  for_each_subtree(is_worth_it, [&](Border& border) {
-    Vector3* sums = border_sums_.data() + 3 * border.first;
-    std::fill_n(sums, at(border.end - border.first) * width, Vector3{});
-    for (Index p = border.first_panel; p < border.end_panel; ++p) forward(panels_[p], &sums->x);
-  });
-  for (const Border& border : borders_) {
-    const Vector3* sums = border_sums_.data() + 3 * border.first;
-    for (Index i = border.first; i < border.end; ++i) {
-      Vector3* row = &values[at(border_rows_[i]) * width];
-      for (std::size_t f = 0; f < width; ++f) row[f] = row[f] + *sums++;
-    }
-  }
-  for (const Index p : above_) forward(panels_[p], nullptr);
-  for (auto p = above_.rbegin(); p != above_.rend(); ++p) backward(panels_[*p]);
-  for_each_subtree(is_worth_it, [&](Border& border) {
-    for (Index p = border.end_panel; p-- > border.first_panel;) backward(panels_[p]);
-  });
-}
-
+/// Forward steps add up in `sums` what they contribute to the rows above their subtree, to which
+/// others contribute at the same time. Subtrees are shared if it is worth it.
 void MaskedFactor::solve(std::span<Vector3> values, int fields) {
   const SolveKernels& kernels =
       fields == 1 ? kernels_.dense.of_one_field : kernels_.dense.of_three_fields;
@@ -63,7 +37,27 @@ void MaskedFactor::solve(std::span<Vector3> values, int fields) {
     kernels.backward(&factor_[panel.data], panel.rows(), panel.columns, &inverse_[panel.first],
                      own(panel), rows_.data() + panel.below, numbers);
   };
-  pass(values, fields, forward, backward);
+
+  const std::size_t width = at(fields);
+  const bool is_worth_it =
+      static_cast<double>(n_entries_) * fields >= solve_from * workers_.task_sharing().chunk;
+  for_each_subtree(is_worth_it, [&](Border& border) {
+    Vector3* sums = border_sums_.data() + 3 * border.first;
+    std::fill_n(sums, at(border.end - border.first) * width, Vector3{});
+    for (Index p = border.first_panel; p < border.end_panel; ++p) forward(panels_[p], &sums->x);
+  });
+  for (const Border& border : borders_) {
+    const Vector3* sums = border_sums_.data() + 3 * border.first;
+    for (Index i = border.first; i < border.end; ++i) {
+      Vector3* row = &values[at(border_rows_[i]) * width];
+      for (std::size_t f = 0; f < width; ++f) row[f] = row[f] + *sums++;
+    }
+  }
+  for (const Index p : above_) forward(panels_[p], nullptr);
+  for (auto p = above_.rbegin(); p != above_.rend(); ++p) backward(panels_[*p]);
+  for_each_subtree(is_worth_it, [&](Border& border) {
+    for (Index p = border.end_panel; p-- > border.first_panel;) backward(panels_[p]);
+  });
 }
 
 }  // namespace dynmesh
