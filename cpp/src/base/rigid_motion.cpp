@@ -1,8 +1,7 @@
 #include "base/rigid_motion.hpp"
 
 #include <Eigen/SVD>
-#include <numeric>
-#include <vector>
+#include <cstddef>
 
 namespace dynmesh {
 namespace {
@@ -37,9 +36,9 @@ RigidMotion fit_rigid_motion(std::span<const Index> vertices, Field before, Fiel
 }
 
 RigidMotion fit_rigid_motion(Field before, Field after) {
-  std::vector<Index> all(before.size());
-  std::iota(all.begin(), all.end(), Index{0});
-  return fit_rigid_motion(all, before, after);
+  return fit_rigid_motion(moments_of([&](const auto& visit) {
+    for (std::size_t v = 0; v < before.size(); ++v) visit(to_eigen(before[v]), to_eigen(after[v]));
+  }));
 }
 
 }  // namespace dynmesh
