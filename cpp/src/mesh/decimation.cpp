@@ -82,17 +82,12 @@ class Decimation {
     }
   };
 
-  /// The faces with a side; those at one end that have the other one.
-  template <class Visit>
-  void for_each_face_at(Index v, Index other, const Visit& visit) const {
-    for (const Index f : faces_at_[at(v)]) {
-      if (std::ranges::find(faces_[at(f)], other) != faces_[at(f)].end()) visit(f);
-    }
+  [[nodiscard]] bool has_corner(Index f, Index v) const {
+    return std::ranges::find(faces_[at(f)], v) != faces_[at(f)].end();
   }
-  [[nodiscard]] int n_faces(Index v, Index other) const {
-    int n = 0;
-    for_each_face_at(v, other, [&](Index) { ++n; });
-    return n;
+  /// The number of faces with a side: those at one end that have the other one.
+  [[nodiscard]] std::ptrdiff_t n_faces(Index v, Index other) const {
+    return std::ranges::count_if(faces_at_[at(v)], [&](Index f) { return has_corner(f, other); });
   }
   [[nodiscard]] std::vector<Index> neighbours(Index v) const {
     std::vector<Index> around;
@@ -126,7 +121,7 @@ class Decimation {
       const Index b = face[(s + 1) % 3];
       add_plane(a, normal, area.norm());
       areas_[at(a)] += area.norm();
-      const int n = n_faces(a, b);
+      const auto n = n_faces(a, b);
       if (n > 2) is_fixed_[at(a)] = is_fixed_[at(b)] = 1;
       if (n != 1) continue;
       const Eigen::Vector3d side = x_[at(b)] - x_[at(a)];
@@ -142,13 +137,13 @@ class Decimation {
     const auto beside = neighbours(to);
     std::vector<Index> common;
     std::ranges::set_intersection(around, beside, std::back_inserter(common));
-    const int n = n_faces(from, to);
+    const auto n = n_faces(from, to);
     if (std::ssize(common) != n) return false;
     const auto is_end = [&](Index other) { return n_faces(from, other) == 1; };
     if (n != 1 && std::ranges::any_of(around, is_end)) return false;
     for (const Index f : faces_at_[at(from)]) {
+      if (has_corner(f, to)) continue;
       Triangle face = faces_[at(f)];
-      if (std::ranges::find(face, to) != face.end()) continue;
       const Eigen::Vector3d before = twice_area(face);
       std::ranges::replace(face, from, to);
       const Eigen::Vector3d after = twice_area(face);
@@ -183,7 +178,7 @@ class Decimation {
     const auto around = neighbours(from);
     for (const Index f : std::exchange(faces_at_[at(from)], {})) {
       Triangle& face = faces_[at(f)];
-      const bool ends = std::ranges::find(face, to) != face.end();
+      const bool ends = has_corner(f, to);
       for (const Index v : face) {
         if (ends && v != from) std::erase(faces_at_[at(v)], f);
       }

@@ -209,7 +209,7 @@ void Leaders::learn(Field x, std::span<const std::uint8_t> is_seen,
 /// The lead of one component of a pair by the other.
 Leaders::Lead Leaders::lead_of(Index follower, std::size_t number, double departure) const {
   const Pair& pair = pairs_[number];
-  const std::size_t side = pair.components[0] == follower ? 0 : 1;
+  const std::size_t side = pair.side_of(follower);
   const double far = 1 + departure / (sigma * sigma);
   const double near = pair.nearness[side] + share_of_leader * pair.nearness[1 - side];
   return {follower, pair.components[1 - side], number, near / (far * far)};
@@ -274,21 +274,19 @@ auto Leaders::find(std::span<const std::uint8_t> may_lead, std::span<const doubl
 void Leaders::share_out(const Lead& lead, std::span<const std::uint8_t> may_lead,
                         std::span<const double> departures, Leads& leads) const {
   for (const std::size_t number : pairs_of_[at(lead.follower)]) {
-    const auto& components = pairs_[number].components;
-    const std::size_t side = components[0] == lead.follower ? 0 : 1;
-    const Index leader = components[1 - side];
-    const double trust = trust_of(lead.follower, number, may_lead, departures[number]).trust;
+    const Lead other = trust_of(lead.follower, number, may_lead, departures[number]);
     // What is less trusted is not complete when the follower is moved.
     const bool is_complete =
-        may_lead[at(leader)] != 0 || of_component_[at(leader)].trust > lead.trust;
-    leads.shares[number][side] = is_complete ? trust / lead.trust : 0;
+        may_lead[at(other.leader)] != 0 || of_component_[at(other.leader)].trust > lead.trust;
+    leads.shares[number][pairs_[number].side_of(lead.follower)] =
+        is_complete ? other.trust / lead.trust : 0;
   }
 }
 
 void Leaders::agree(const Lead& lead, Field x, Leads& leads) {
   beside_.clear();
   for (const std::size_t number : pairs_of_[at(lead.follower)]) {
-    const std::size_t side = pairs_[number].components[0] == lead.follower ? 0 : 1;
+    const std::size_t side = pairs_[number].side_of(lead.follower);
     double& share = leads.shares[number][side];
     if (share < least_share) {
       share = 0;

@@ -80,8 +80,7 @@ class Leaders {
   template <class Visit>
   void for_each_place_around(const Lead& lead, const Leads& leads, const Visit& visit) const {
     for (const std::size_t pair : pairs_of_[static_cast<std::size_t>(lead.follower)]) {
-      const std::size_t side = pairs_[pair].components[0] == lead.follower ? 0 : 1;
-      const double share = leads.shares[pair][side];
+      const double share = leads.shares[pair][pairs_[pair].side_of(lead.follower)];
       if (share > 0) visit_places(pair, lead.follower, share, visit);
     }
   }
@@ -96,12 +95,16 @@ class Leaders {
     std::array<double, 2> nearness{};  // of each to the other
     std::vector<Place> places;
     std::array<std::vector<Index>, 2> measured;  // some vertices of each of these, well spread
+
+    [[nodiscard]] std::size_t side_of(Index component) const {
+      return components[0] == component ? 0 : 1;
+    }
   };
 
   template <class Visit>
   void visit_places(std::size_t number, Index follower, double share, const Visit& visit) const {
     const Pair& pair = pairs_[number];
-    const std::size_t side = pair.components[0] == follower ? 1 : 0;
+    const std::size_t side = 1 - pair.side_of(follower);
     for (const Place& place : pair.places) visit(place.vertices[side], share * place.weight);
   }
   void find_pairs(const Topology& topology, std::size_t others);
