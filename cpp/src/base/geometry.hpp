@@ -38,9 +38,6 @@ inline bool is_in_range(const Vector3& v, double largest) {
   return std::abs(v.x) + std::abs(v.y) + std::abs(v.z) <= largest ||
          (std::abs(v.x) <= largest && std::abs(v.y) <= largest && std::abs(v.z) <= largest);
 }
-inline bool are_in_range(Field frame, double largest = largest_coordinate<double>) {
-  return std::ranges::all_of(frame, [&](const auto& v) { return is_in_range(v, largest); });
-}
 
 /// Converts `x` to Real. If it is out of the range of Real, for which the conversion is undefined
 /// in C++, returns the largest number, which the checks of input and output recognise as beyond the

@@ -136,8 +136,7 @@ auto AnchorRotations::anchors_of(Field previous, Field observed, const Generatio
   const auto find = [&](std::size_t c) {
     const auto members = clusters_.members[static_cast<Index>(c)];
     const auto is_anchor = [&](Index v) { return generation[v] == Generations::anchor; };
-    found.number[c] = static_cast<double>(std::ranges::count_if(members, is_anchor));
-    found.are_any[c] = found.number[c] > 0 ? 1 : 0;
+    found.are_any[c] = std::ranges::any_of(members, is_anchor) ? 1 : 0;
     found.are_none[c] = 1 - found.are_any[c];
     found.moments[c] = {};
     if (found.are_any[c] == 0) return;
@@ -157,8 +156,8 @@ Lent<std::vector<Arms>> AnchorRotations::arms_of(const ClusterAnchors& anchors,
   Lent<std::vector<Arms>> found = arms_.lend();
   const double floor = std::pow(increment_constants.least_length * mean_edge_, 2);
   for (std::size_t c = 0; c < found.size(); ++c) {
-    const Arms& arms = anchors.moments[c].arms;
-    const double square = anchors.number[c] > 1 ? arms.before.trace() / anchors.number[c] : 0;
+    const auto& [number, before, now, arms] = anchors.moments[c];
+    const double square = number > 1 ? arms.before.trace() / number : 0;
     const double weight = 1 / (std::max(square, floor) + squared_noise_);
     found[c] = {weight * arms.before, weight * arms.now};
   }

@@ -84,9 +84,8 @@ class AnchorRotations {
  private:
   /// The anchors of each cluster, in both frames, (clusters,) each.
   struct ClusterAnchors {
-    explicit ClusterAnchors(std::size_t n) : number(n), are_any(n), are_none(n), moments(n) {}
+    explicit ClusterAnchors(std::size_t n) : are_any(n), are_none(n), moments(n) {}
 
-    std::vector<double> number;
     std::vector<std::uint8_t> are_any, are_none;
     std::vector<Moments> moments;
   };

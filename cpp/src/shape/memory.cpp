@@ -14,8 +14,8 @@ namespace dynmesh {
 // that later frames cannot handle, wherever the bytes come from.
 void check_memory(const Memory& memory, double largest) {
   check_stored_frame(memory.last, largest);
-  if (!are_in_range(memory.tracking.before) || !are_in_range(memory.tracking.good)) {
-    refuse_state("does not contain valid frames before the last one");
+  for (const auto* frame : {&memory.tracking.before, &memory.tracking.good}) {
+    check_stored_frame(*frame, largest_coordinate<double>);
   }
   for (std::size_t v = 0; v < memory.age.size(); ++v) {
     if (memory.age[v] >= 0 && memory.known[v] <= 1) continue;
