@@ -6,7 +6,6 @@
 #include <dynmesh/dynmesh.hpp>
 #include <dynmesh/version.hpp>
 #include <exception>
-#include <filesystem>
 #include <map>
 #include <optional>
 #include <span>

@@ -11,9 +11,7 @@
 #include <dynmesh/tracker.hpp>
 #include <dynmesh/types.hpp>
 #include <optional>
-#include <span>
 #include <stdexcept>
-#include <string>
 #include <string_view>
 #include <tuple>
 #include <type_traits>

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cmath>
 #include <dynmesh/completer.hpp>
 #include <memory>
 #include <utility>
@@ -10,7 +9,6 @@
 #include "api/stream.hpp"
 #include "base/arguments.hpp"
 #include "base/default_arithmetic.hpp"
-#include "base/geometry.hpp"
 #include "base/training_frames.hpp"
 #include "frame/outliers.hpp"
 #include "mesh/leaders.hpp"

@@ -5,11 +5,8 @@
 
 #include <array>
 #include <cstddef>
-#include <dynmesh/frame_report.hpp>
 #include <dynmesh/tracker.hpp>
-#include <dynmesh/types.hpp>
 #include <span>
-#include <vector>
 
 #include "api/report_fields.hpp"
 #include "base/stored_numbers.hpp"

@@ -8,7 +8,6 @@
 #include <dynmesh/types.hpp>
 #include <limits>
 #include <numeric>
-#include <span>
 #include <vector>
 
 namespace dynmesh {

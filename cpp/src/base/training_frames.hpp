@@ -6,7 +6,6 @@
 #include <dynmesh/settings.hpp>
 #include <dynmesh/training.hpp>
 #include <dynmesh/types.hpp>
-#include <span>
 #include <vector>
 
 #include "base/checks.hpp"

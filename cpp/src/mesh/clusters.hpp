@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
-#include <span>
 #include <vector>
 
 namespace dynmesh {

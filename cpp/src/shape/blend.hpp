@@ -7,7 +7,6 @@
 #include <span>
 #include <vector>
 
-#include "base/geometry.hpp"
 #include "base/lender.hpp"
 #include "base/workers.hpp"
 #include "mesh/clusters.hpp"

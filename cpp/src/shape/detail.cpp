@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <utility>
 
 #include "base/geometry.hpp"
 #include "shape/constants.hpp"

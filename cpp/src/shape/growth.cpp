@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/geometry.hpp"
 #include "base/statistics.hpp"
 #include "mesh/clusters.hpp"
 #include "shape/constants.hpp"

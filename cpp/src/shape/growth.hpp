@@ -1,7 +1,6 @@
 /// How large the components are, compared with frame 0, as far as the anchors tell.
 #pragma once
 
-#include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
 #include <span>
 #include <vector>

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <numeric>
 
-#include "base/geometry.hpp"
 #include "linear/conjugate_gradients.hpp"
 #include "shape/constants.hpp"
 

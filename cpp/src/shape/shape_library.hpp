@@ -3,7 +3,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
 #include <span>
 #include <vector>

@@ -4,7 +4,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
 #include <span>
 #include <utility>
@@ -14,7 +13,6 @@
 #include "base/lender.hpp"
 #include "base/workers.hpp"
 #include "frame/generations.hpp"
-#include "kernels/kernels.hpp"
 #include "linear/masked_factor.hpp"
 #include "shape/detail_operator.hpp"
 
