@@ -96,8 +96,9 @@ typedef struct dynmesh_mask {
 enum { DYNMESH_METHOD_MOTION = 0, DYNMESH_METHOD_DETAIL = 1 };
 enum { DYNMESH_DISCONNECTED_HOLD = 0, DYNMESH_DISCONNECTED_FOLLOW = 1 };
 
-/// The settings of a completer. Call dynmesh_default_settings first and then change fields, since
-/// the defaults are not zero and a struct of zeros is refused.
+/// The settings of a completer: what each means and requires is said of the member of that name of
+/// Settings in settings.hpp. Truth values are 0 or not. Call dynmesh_default_settings first and
+/// then change fields, since the defaults are not zero and a struct of zeros is refused.
 ///
 ///     dynmesh_settings settings;
 ///     dynmesh_default_settings(&settings, sizeof settings);
@@ -106,56 +107,19 @@ typedef struct dynmesh_settings {
   /// sizeof(dynmesh_settings), set by dynmesh_default_settings. Later versions may append fields,
   /// and the size tells the library which fields the caller knows. Any other value is refused.
   int64_t size;
-
-  /// Default: DYNMESH_METHOD_DETAIL, which preserves the shape of frame 0 and of the last frame,
-  /// rotated with the motion. DYNMESH_METHOD_MOTION averages motion vectors as in the paper. A
-  /// frame takes tenths of a millisecond instead of milliseconds, but the error is several times
-  /// larger.
-  int32_t method;
-
-  /// Default: 1. If not zero, every iteration estimates all vertices reached so far. If 0, each
-  /// vertex is estimated once, when it is reached, and errors accumulate from frame to frame. 0
-  /// requires DYNMESH_METHOD_MOTION.
-  int32_t revisit;
-
-  /// Default: 0. The number of iterations after the one that reaches the last vertex, up to 1 000
-  /// 000. Ten reduce the error by a third on many sequences and increase it on some. They have no
-  /// effect if `revisit` is 0. Requires DYNMESH_METHOD_MOTION.
-  int32_t extra_iterations;
-
-  /// Default: DYNMESH_DISCONNECTED_FOLLOW. How vertices are completed that are not connected to any
-  /// known vertex of the frame by a chain of edges. Follow: their component moves rigidly with one
-  /// that is seen, touched it in frame 0 and stayed beside it. Hold: they keep their previous
-  /// positions.
-  int32_t disconnected;
-
-  /// Default: NaN, which means that known positions are exact. Otherwise the standard deviation of
-  /// the noise of the known positions, positive and in the unit of the positions; known vertices
-  /// then move as well. Requires DYNMESH_METHOD_DETAIL.
-  double noise;
-
-  /// Default: 0. If not zero, known positions that contradict their neighbours are treated as
-  /// unknown, estimated, and counted as `rejected`. Requires DYNMESH_METHOD_DETAIL.
-  int32_t reject_outliers;
-
-  /// Default: 1. The number of threads that may work on a frame, including the calling thread, up
-  /// to 256. More than one helps from 23 553 vertices on; smaller meshes are completed by the
-  /// calling thread alone. The others sleep between frames. If `revisit` is 0, they only read and
-  /// write positions. Results are identical for any number of threads.
-  int32_t threads;
-
-  /// Default: 0. If not zero, the completer learns from the frames that it completes how the shape
-  /// of the subject varies. Cannot be combined with a training sequence. Useful where motions
-  /// recur; frames take about twice as long. Requires DYNMESH_METHOD_DETAIL.
-  int32_t learn;
-  /// Default: 0. If not zero, dynmesh_standard_error returns the standard error of each vertex.
-  /// The completed positions are the same. Requires DYNMESH_METHOD_DETAIL.
-  int32_t uncertainty;
+  int32_t method;            ///< DYNMESH_METHOD_DETAIL, the default, or DYNMESH_METHOD_MOTION
+  int32_t revisit;           ///< whether satellites are estimated again; default: 1
+  int32_t extra_iterations;  ///< default: 0
+  int32_t disconnected;      ///< DYNMESH_DISCONNECTED_FOLLOW, the default, or _HOLD
+  double noise;              ///< standard deviation; default: NaN, known positions are exact
+  int32_t reject_outliers;   ///< default: 0
+  int32_t threads;           ///< 1 to 256; default: 1
+  int32_t learn;             ///< whether it learns from the frames that it completes; default: 0
+  int32_t uncertainty;       ///< whether dynmesh_standard_error is wanted; default: 0
 } dynmesh_settings;
 
-/// Writes the defaults to all fields. Pass
-/// sizeof(dynmesh_settings) as `size`. If this version of the library does not know the size, it is
-/// refused and nothing is written.
+/// Writes the defaults to all fields. Pass sizeof(dynmesh_settings) as `size`. If this version of
+/// the library does not know the size, it is refused and nothing is written.
 DYNMESH_EXPORT dynmesh_status dynmesh_default_settings(dynmesh_settings* settings, int64_t size);
 
 // The completer ----------------------------------------------------------------------------------
