@@ -228,16 +228,8 @@ LentField Detail::moved_to(Field shape, Field x, Field kx, ShapeFactor& factor) 
 auto Detail::steps_towards(const Memory& memory, std::span<const Quaternion> q, Field x, Field kx,
                            ShapeFactor& factor) -> Lent<Steps> {
   Lent<Steps> found = steps_.lend();
-  const auto turned = side_by_side(std::span(found.wanted));
-  // So few at once that they stay in the first-level cache.
-  constexpr Index together = 128;
-  workers_.for_each_short_chunk(static_cast<Index>(q.size()), [&](Index begin, Index end) {
-    for (Index first = begin; first < end; first += together) {
-      const Index last = std::min(first + together, end);
-      for (Index v = first; v < last; ++v) found.wanted[v] = terms(memory, at(v));
-      best_kernels().rotations.turn(q.data(), false, turned.data(), 3, turned.data(), first, last);
-    }
-  });
+  workers_.for_each_in_chunks(q.size(), [&](std::size_t v) { found.wanted[v] = terms(memory, v); });
+  dynmesh::turn(q, found.wanted, found.wanted, workers_);
   system_.solve_terms(found.wanted, x, kx, factor, found.steps);
   system_.apply(found.steps, found.k_steps);
   return found;
