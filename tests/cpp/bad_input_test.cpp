@@ -114,6 +114,10 @@ TEST_CASE("C++ refuses what it cannot use") {
   refused({"completed:", "null pointer"}, [&] {
     nmsve<double>(topology.cells, points, {none, k});
   });
+  const std::vector<double> beyond(3 * k, 1e201);
+  refused({"completed: vertex 0", "1e+201", "below 1e200"}, [&] {
+    nmsve<double>(topology.cells, points, {beyond.data(), k});
+  });
   refused({"reference:", "49", "48"}, [&] {
     vertex_error<double>(points, points, {world.written.data(), k - 1});
   });
