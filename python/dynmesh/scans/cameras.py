@@ -20,10 +20,12 @@ from .._checks import (
     check_integer,
     check_not_negative,
     check_positive,
+    path_of,
 )
 from .._errors import InputError, naming, within
 from ..formats.conversion import UNITS, metres_of
 from ..formats.names import Number
+from ..formats.table import PathLike
 from .matrices import intrinsics_of, inverted, pose_of, pose_or_lost
 from .trajectories import (
     Direction,
@@ -129,12 +131,13 @@ class Rig:
         return np.array(poses)[:, :3, 3]
 
 
-def read_cameras(path: Path, poses: Direction | None = None, scans: Path | None = None) -> Rig:
+def read_cameras(path: PathLike, poses: Direction | None = None, scans: Path | None = None) -> Rig:
     """Reads `cameras.json`, a `transforms.json` of nerfstudio, a trajectory or a folder of poses.
 
     `poses` is where these lead, if not as the kind of the file has it. Files with one pose each are
     sought in the folder of the scans, too.
     """
+    path = path_of("path", path)
     with naming(path):
         is_json = path.suffix == ".json" or (
             path.is_file() and path.read_bytes().lstrip().startswith((b"{", b"["))
@@ -156,7 +159,7 @@ def json_in(path: Path) -> Any:
         raise InputError(f"is not JSON: {error}") from error
 
 
-def write_cameras(path: Path, rig: Rig) -> None:
+def write_cameras(path: PathLike, rig: Rig) -> None:
     """Writes `cameras.json`."""
     listed = []
     for camera in rig.cameras:
@@ -176,7 +179,7 @@ def write_cameras(path: Path, rig: Rig) -> None:
     names: dict[float | None, str] = {length: name for name, length in UNITS.items()}
     unit = names.get(rig.metres_per_unit, rig.metres_per_unit)
     text = json.dumps({"unit": unit, "cameras": listed}, indent=1, default=np.ndarray.tolist)
-    path.write_text(text + "\n", encoding="utf-8")
+    path_of("path", path).write_text(text + "\n", encoding="utf-8")
 
 
 def _matrices(camera: ScanCamera) -> dict[str, Floats]:

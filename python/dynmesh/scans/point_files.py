@@ -12,10 +12,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .._arrays import Positions, floats
-from .._checks import refuse_mask
+from .._arrays import Positions, floats, plain
+from .._checks import path_of, refuse_mask
 from .._errors import InputError, naming
 from ..formats.ply import coordinates, ply_header, read_elements
+from ..formats.table import PathLike
 from ..formats.text import Metadata, lines_in, metadata_in, number_of, words_in
 from ..scan import PointScan
 
@@ -25,6 +26,7 @@ _LIKE_COLOURS = 31
 
 _NORMAL = "nx", "ny", "nz"
 _COLOUR = "red", "green", "blue"
+_DTYPES = {"float": "<f4", "double": "<f8", "uchar": "u1"}
 
 
 class PointFile(NamedTuple):
@@ -34,8 +36,9 @@ class PointFile(NamedTuple):
     metadata: Metadata = Metadata()
 
 
-def read_points(file: Path) -> PointFile:
+def read_points(file: PathLike) -> PointFile:
     """Reads the points of a file, by its suffix."""
+    file = path_of("file", file)
     with naming(file):
         read = point_formats.get(file.suffix.lower())
         if read is None:
@@ -45,27 +48,40 @@ def read_points(file: Path) -> PointFile:
 
 
 def write_ply(
-    file: Path,
+    file: PathLike,
     scan: PointScan,
     metres_per_unit: float | None = None,
     up_axis: str | None = None,
 ) -> None:
-    """Writes points, normals and colours as PLY, binary and little-endian, in their precision."""
+    """Writes points, normals and colours as PLY, binary and little-endian, in their precision.
+
+    Colours that are whole numbers up to 255, of which some are above 1, are bytes.
+    """
     refuse_mask("viewpoints", scan.viewpoints)
     points = floats("points", scan.points)
-    kind = "double" if points.dtype == np.float64 else "float"
-    names, columns = [*"xyz"], [points]
-    if scan.normals is not None:
-        names += _NORMAL
-        columns.append(floats("normals", scan.normals))
-    if scan.colours is not None:
-        names += _COLOUR
-        columns.append(np.asarray(scan.colours))
+    kinds, columns = dict[str, str](), list[NDArray[Any]]()
+    for argument, names, given in (
+        ("points", "xyz", points),
+        ("normals", _NORMAL, scan.normals),
+        ("colours", _COLOUR, scan.colours),
+    ):
+        if given is None:
+            continue
+        array = plain(argument, given) if names is _COLOUR else floats(argument, given)
+        if array.shape != (shape := (len(points), 3)):
+            raise InputError(f"must have shape {shape}, not {array.shape}", argument=argument)
+        is_bytes = names is _COLOUR and not (array.max(initial=0) <= 1 or (array % 1).any())
+        is_bytes &= bool(((array >= 0) & (array <= 255)).all())
+        of_floats = "double" if points.dtype == np.float64 else "float"
+        kinds |= dict.fromkeys(names, "uchar" if is_bytes else of_floats)
+        columns += [*array.T]
     stated = {"up_axis": up_axis, "metres_per_unit": metres_per_unit}
     comments = [f"{name} {value}" for name, value in stated.items() if value is not None]
-    header = ply_header(comments, len(points), dict.fromkeys(names, kind))
-    rows = np.concatenate(columns, axis=1).astype("<f8" if kind == "double" else "<f4")
-    file.write_bytes(header + rows.tobytes())
+    header = ply_header(comments, len(points), kinds)
+    rows = np.empty(len(points), [(name, _DTYPES[kind]) for name, kind in kinds.items()])
+    for name, column in zip(kinds, columns, strict=True):
+        rows[name] = column
+    path_of("file", file).write_bytes(header + rows.tobytes())
 
 
 def _read_ply(file: Path) -> PointFile:

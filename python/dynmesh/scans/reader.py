@@ -381,8 +381,8 @@ def open_scans(
             reader: ScanReader = DepthReader(path, rig, gaps, masks, least_confidence, folder)
         else:
             folder_of_masks(subject, least_confidence, of_points=True)
-            if colours not in (None, POINTS):
-                message = f"must be {POINTS!r} for files of points, not {colours!r}"
+            if colours is not None and path_of("colours", colours) != Path(POINTS).absolute():
+                message = f"must be {POINTS!r} for files of points, not {str(colours)!r}"
                 raise InputError(message, argument="colours")
             found = find_files(path, suffix, gaps)
             has_colours = colours is not None

@@ -69,7 +69,7 @@ _OURS = ("frame_*.ply", f"depth_*{SUFFIXES[0]}", CAMERAS)
 
 @contextmanager
 def scan_folder(
-    path: Path, rig: Rig, *, overwrite: bool = False, numbers: Iterable[Number] | None = None
+    path: PathLike, rig: Rig, *, overwrite: bool = False, numbers: Iterable[Number] | None = None
 ) -> Iterator[Callable[[Scan], None]]:
     """Yields a function that writes the scan of the next frame into a folder.
 
@@ -79,6 +79,7 @@ def scan_folder(
     of the frames, by default from 0. A folder that holds other files than scans is refused, and
     scans are replaced with `overwrite` alone.
     """
+    path = path_of("path", path)
     check_name_of_folder(path)
     left = count() if numbers is None else iter(numbers)
     with new_folder(path, overwrite, _is_ours) as hidden:

@@ -165,7 +165,7 @@ def _converted(path: Path, changes: Changes) -> tuple[PointScan, Header]:
         points, normals = conversion.moved(scan.points), scan.normals
     if normals is not None:
         normals = np.asarray(normals @ conversion.turn.T, normals.dtype)
-    return PointScan(points, normals, None), conversion.header
+    return scan._replace(points=points, normals=normals), conversion.header
 
 
 def _clouds_in(path: Path, gaps: Gaps) -> list[Path]:

@@ -61,7 +61,7 @@ class RigReport(Report):
         """Writes a JSON file with the cameras, corrected if they do not fit."""
         if self.rig is None:
             raise InputError("no correction of the cameras is known")
-        write_cameras(path_of("path", path), self.rig)
+        write_cameras(path, self.rig)
 
     def page(self, path: PathLike) -> None:
         """Writes an HTML file that shows the cameras, what they see, and the template."""

@@ -18,8 +18,11 @@ import dynmesh
 from dynmesh._errors import DynmeshError
 from dynmesh.scans import (
     PointScan,
+    read_cameras,
     read_points,
     scan_folder,
+    write_cameras,
+    write_ply,
 )
 
 
@@ -46,6 +49,26 @@ def test_points_of_others_are_read(tmp_path: Path, suffix: str, with_normals: bo
     assert (found.normals is None) == (not with_normals)
     if scan.normals is not None and found.normals is not None:
         np.testing.assert_allclose(found.normals, scan.normals, rtol=1e-14)
+
+
+@pytest.mark.parametrize("kind", ["uchar", "float"])
+def test_colours_keep_their_kind_in_files_that_are_named_by_text(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    colours: Any = np.arange(15).reshape(5, 3) * (17 if kind == "uchar" else 1 / 16)
+    scan = some_points(np.float32, 5)._replace(colours=colours)
+    write_ply("a.ply", scan)
+    assert f"property {kind} green\n".encode() in Path("a.ply").read_bytes()
+    np.testing.assert_array_equal(read_points("a.ply").scan.colours, colours)
+    write_cameras("cameras.json", a_rig(3))
+    with scan_folder("scans", read_cameras("cameras.json")) as append:
+        append(scan)
+    (found,) = opened(tmp_path / "scans")
+    np.testing.assert_array_equal(found.points, scan.points)
+    for name in ("normals", "colours"):
+        with pytest.raises(ValueError, match=rf"{name}: must have shape \(5, 3\), not \(4, 3\)"):
+            write_ply("b.ply", scan._replace(**{name: np.ones((4, 3))}))
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])

@@ -57,6 +57,12 @@ def test_clouds_with_colours(
     np.testing.assert_allclose(
         dynmesh.track(tmp_path / "scans", **files).read().vertices, without, atol=2e-3
     )
+    run("convert", tmp_path / "scans", tmp_path / "larger", "--scale", "2")
+    words: list[str | Path] = ["--template", tmp_path / "body.obj", "--colours", "points"]
+    words += ["--scan-unit", "0.5", "--template-unit", "1"]
+    run("track", tmp_path / "larger", tmp_path / "out.npz", *words)
+    told = dynmesh.read(tmp_path / "out.npz").vertices
+    np.testing.assert_allclose(told, expected, atol=2e-3)
     assert np.abs(expected - without).max() > 3e-3
     # A state has the colours that were learned.
     tracked_by(points[:3], stopped)
