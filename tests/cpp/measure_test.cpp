@@ -76,6 +76,22 @@ TEST_CASE("a shape that leaps is lost, and one that always moves as fast is not"
   }
 }
 
+TEST_CASE("what was lost stays lost until its shape is nearer to that of the good frames") {
+  for (const bool was_lost : {false, true}) {
+    for (const double departure : {0.01, 0.02, 0.04}) {
+      Before before{.was_lost = was_lost};
+      Measure frame{.agreement = {1000, 0, 0, 0.1}, .stretch = 0.02, .change = 0.005};
+      for (int i = 0; i < 20; ++i) add_frame(frame, before.recent);
+      CAPTURE(was_lost);
+      CAPTURE(departure);
+      frame.stretch += departure;
+      frame.change = 0.05;
+      const double most = was_lost ? 0.015 : 0.03;
+      CHECK((judged(frame, before) == Quality::ruined) == (departure > most));
+    }
+  }
+}
+
 TEST_CASE("parts that come apart at once, while something speaks against it, are lost") {
   for (const double usual : {0.01, 0.3}) {
     for (const double contradicted : {0.01, 0.03}) {

@@ -74,8 +74,9 @@ class Recovery {
     if (!found.lost.empty() && found.agreements.all.points > 0) {
       made.lost = static_cast<double>(found.lost.front());
     }
-    made.quality = judged(made, {memory.tracking.recent, !scan.sensors.empty(),
-                                 made.noise / surface_.mean_edge(), was_registered});
+    made.quality =
+        judged(made, {memory.tracking.recent, !scan.sensors.empty(),
+                      made.noise / surface_.mean_edge(), was_registered, was_lost(memory)});
     return made;
   }
   /// Whether to seek the template elsewhere: it was lost in a frame, after a good one, or much
@@ -97,28 +98,34 @@ class Recovery {
     bool is_better = false;  ///< than what was found before
     bool by_registration = false;
   };
-  /// Seeks the template from elsewhere than in `memory`, from which `found` was found.
+  /// Seeks the template from elsewhere than in `memory`, from which `found` was found. The search
+  /// goes on until a result is good; else, the one with the least doubt replaces a lost one.
   Sought seek(SurfaceFit& surface, const Memory& memory, const PointScan& measurement,
               const FittedSurface& found, const Measure& measure, const Memory& next) const {
-    Sought sought = {memory, next};
-    const bool was_lost = is_lost(measure);
+    Sought best = {memory, next};
+    best.measure = measure;
     const auto fit_from = [&](const Frame& frame, bool was_registered) {
+      Sought sought = {memory, next};
       surface.whole().place(frame, sought.start);
       sought.found = surface.fit(sought.start, measurement, sought.next);
       sought.measure = this->measure(memory, sought.found, was_registered);
-      const bool has_less_doubt = was_lost && sought.measure.doubt < measure.doubt;
-      sought.is_better =
-          sought.measure.quality == Quality::good || (has_less_doubt && !is_lost(sought.measure));
+      const bool is_good = sought.measure.quality == Quality::good;
+      const bool has_less_doubt =
+          !is_lost(sought.measure) && is_lost(measure) && sought.measure.doubt < best.measure.doubt;
+      sought.is_better = is_good || has_less_doubt;
+      if (sought.is_better) best = std::move(sought);
     };
-    if (was_lost) fit_from(memory.tracking.good, false);
-    sought.by_registration =
-        !sought.is_better && memory.tracking.frames_until_search == 0 && are_of_a_surface(found);
-    if (sought.by_registration) {
-      const auto pose = registered(memory.tracking.good, measurement);
-      if (pose) fit_from(pose->x, pose->is_good());
-      sought.measure.is_start = false;  // the scan may show another pose
+    if (is_lost(measure)) fit_from(memory.tracking.good, false);
+    const bool is_found = best.is_better && best.measure.quality == Quality::good;
+    if (is_found || memory.tracking.frames_until_search != 0 || !are_of_a_surface(found)) {
+      return best;
     }
-    return sought;
+    if (const auto pose = registered(memory.tracking.good, measurement)) {
+      fit_from(pose->x, pose->is_good());
+    }
+    best.measure.is_start = false;  // the scan may show another pose
+    best.by_registration = true;
+    return best;
   }
 
   /// Remembers the completed frame, and whether and how it was sought elsewhere. A state that was
@@ -128,7 +135,10 @@ class Recovery {
     const bool has_points = measure.agreement.points > 0;
     const bool has_begun = has_points && (measure.quality == Quality::good || !measure.is_start);
     next.tracking.is_start = has_begun ? 0 : memory.tracking.is_start;
-    const bool is_good = has_points && !is_lost(measure);
+    // What was lost is found again in a good frame only: a pose that is less wrong is doubtful.
+    const bool was_so = was_lost(memory) || (sought && sought->is_better);
+    const bool is_lost_yet = was_so && measure.quality != Quality::good;
+    const bool is_good = has_points && !is_lost(measure) && !is_lost_yet;
     TrackingMemory& tracking = next.tracking;
     tracking.good = memory.tracking.good;
     tracking.recent = memory.tracking.recent;
@@ -168,9 +178,10 @@ class Recovery {
     return {mesh_.faces, mesh_.topology.cells, first_,    x, normals,
             is_sheet_,   surface_.mean_edge(), size_of(x)};
   }
+  static bool was_lost(const Memory& memory) { return memory.tracking.good_in_a_row == 0; }
   /// The last frame that was not lost: with each frame from the good one on, a shape may change.
   static Field last_unlost(const Memory& memory) {
-    return memory.tracking.good_in_a_row > 0 ? memory.last : memory.tracking.good;
+    return was_lost(memory) ? memory.tracking.good : memory.last;
   }
   /// Whether the points lie on some surface, within noise or with normals like those of their
   /// neighbours. Others are of nothing that can be found.

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
+import trimesh
 from meshes import Array, Mesh
 from scans_of_meshes import TORUS, bent, edge, error, person, scan, scan_of
 from scipy.spatial.transform import Rotation
@@ -108,12 +109,41 @@ class Moment(NamedTuple):
         return np.asarray(tracker.push(*self.scan, viewpoints=self.viewpoints))
 
 
+LOBES = np.array(
+    [
+        [0, 0, 1, 1.6, 14],
+        [0.95, 0, 0.3, 1.9, 30],
+        [-0.95, 0, 0.2, 1.8, 30],
+        [0.35, 0, -0.95, 2.4, 25],
+        [-0.35, 0, -0.95, 2.4, 25],
+        [0, 0.35, 1, 0.5, 80],
+        [0.3, 0.3, -0.9, 0.9, 90],
+        [-0.3, 0.3, -0.9, 0.9, 90],
+    ]
+)
+"""Directions, heights and sharpness of a head, arms, legs, a nose and feet."""
+
+
+def figure(n: int) -> tuple[Array, Array]:
+    """Faces and frames of a ball with limbs, whose arms swing and whose back is like its front."""
+    ball = trimesh.creation.icosphere(4)
+    rays = np.asarray(ball.vertices)
+    ends = LOBES[:, :3] / np.linalg.norm(LOBES[:, :3], axis=1)[:, None]
+    heights = LOBES[:, 3] * np.exp(LOBES[:, 4] * (rays @ ends.T - 1))
+    x, y, z = (rays * (1 + heights.sum(axis=1))[:, None]).T
+    swings = (0.3 * np.sin(0.35 * step) * np.tanh(x) for step in range(n))
+    frames = [(x, np.cos(a) * y - np.sin(a) * z, np.sin(a) * y + np.cos(a) * z) for a in swings]
+    return np.asarray(ball.faces, np.int64), np.stack(frames).transpose(0, 2, 1)
+
+
 class Subject:
     """A mesh in units of its mean edge, and the frames in which it moves."""
 
     def __init__(self, name: str, n: int = 12) -> None:
         if name == "torus":
             self.faces, frames = TORUS.faces, np.stack([TORUS.vertices] * n)
+        elif name == "figure":
+            self.faces, frames = figure(n)
         else:
             made = dynmesh.synth.sequence(name)  # type: ignore[arg-type]
             self.faces = made.faces.astype(np.int64)
@@ -289,6 +319,10 @@ STORIES = {
         "bust", part(turning, 180), "gg.g", recover=True
     ),
     "a hand turns by 150 degrees": Story("hand", part(turning, 150), "ggn"),
+    "a figure turns by 120 degrees": Story("figure", part(turning, 120), "ggn", 10),
+    "a figure turns by 120 degrees and is found": Story(
+        "figure", part(turning, 120), "gg.g", 10, recover=True
+    ),
     "a torus turns by 180 degrees": Story("torus", part(turning, 180), "ggn", 9),
     "a torus turns and is found": Story("torus", part(turning, 180), "gg.g", 9, recover=True),
     "a beetle turns by 40 degrees": Story("beetle", part(turning, 40), "ggn"),
