@@ -50,7 +50,7 @@ struct Tori {
   }
   [[nodiscard]] Coverage found() const {
     const std::vector<std::uint8_t> is_sheet(x.size());
-    return coverage_of({faces, topology.cells, frame, x, normals, is_sheet,
+    return coverage_of({faces, topology, frame, x, normals, is_sheet,
                         mean_edge_length(topology.cells, frame), size_of(frame)},
                        scan);
   }
@@ -92,7 +92,7 @@ struct Squares {
                                                       const std::vector<int>& sizes) const {
     const std::vector<std::uint8_t> is_sheet(vertices.size());
     const auto seen =
-        find_seen({{}, Cells{}, {}, vertices, normals, is_sheet, 1.0, 1.0}, viewpoints);
+        find_seen({{}, Topology{}, {}, vertices, normals, is_sheet, 1.0, 1.0}, viewpoints);
     std::vector<std::ptrdiff_t> numbers;
     auto first = seen.begin();
     for (const int n : sizes) {

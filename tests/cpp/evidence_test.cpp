@@ -61,7 +61,7 @@ struct Scene {
     for (const Index of : topology.component) {
       is_sheet.push_back(level.materials()[at(of)].is_sheet ? 1 : 0);
     }
-    const BentSurface surface = {faces,    topology.cells,    frame,         fitted.x, normals,
+    const BentSurface surface = {faces,    topology,          frame,         fitted.x, normals,
                                  is_sheet, level.mean_edge(), size_of(frame)};
     const PointQuality quality = quality_of(surface, fitted.points);
     const Sight sight = sight_of(surface, scan, quality.noise, 8 * level.mean_edge(), workers);
@@ -112,6 +112,35 @@ TEST_CASE("what a sensor cannot see needs no points, and elsewhere they are miss
   CHECK(missing.explained == doctest::Approx(0.5).epsilon(0.1));
   CHECK(missing.hole > 0.15);
   CHECK(missing.seen_through == 0);
+}
+
+TEST_CASE("a sheet that is too flat to its sensor is judged by the points on it") {
+  // A flat sheet, seen from its plane, and a sliver at its edge that is bent towards the sensor.
+  for (const bool has_sliver : {false, true}) {
+    for (const double beside : {0.0, 5.0}) {
+      CAPTURE(has_sliver);
+      CAPTURE(beside);
+      Mesh<double> flat = sheet<double>(30);
+      for (std::size_t v = 0; v < flat.size(); ++v) {
+        flat.vertices[3 * v + 2] = has_sliver && v < 30 ? 1.5 : 0;
+      }
+      Scene scene(std::move(flat));
+      PointScan& scan = scene.scan;
+      scan.sensors = {{15, -200, 1}};
+      // Of the sliver, nothing was measured; of other things, as much as of the sheet.
+      PointScan shown;
+      shown.sensors = scan.sensors;
+      for (std::size_t i = 0; i < scan.size(); ++i) {
+        if (scan.points[i].z > 0.01) continue;
+        shown.points.push_back(scan.points[i] + Vector3{0, 0, beside});
+        shown.points.push_back(scan.points[i] + Vector3{0, 0, 40});
+        shown.normals.insert(shown.normals.end(), 2, scan.normals[i]);
+      }
+      scan = std::move(shown);
+      const Evidence found = scene.found();
+      CHECK((found.explained > 0.99) == (beside == 0));
+    }
+  }
 }
 
 TEST_CASE("what lies before measured points was seen through") {

@@ -175,7 +175,7 @@ class Recovery {
 
  private:
   [[nodiscard]] BentSurface bent(Field x, Field normals) const {
-    return {mesh_.faces, mesh_.topology.cells, first_,    x, normals,
+    return {mesh_.faces, mesh_.topology,       first_,    x, normals,
             is_sheet_,   surface_.mean_edge(), size_of(x)};
   }
   static bool was_lost(const Memory& memory) { return memory.tracking.good_in_a_row == 0; }

@@ -120,7 +120,7 @@ Coverage coverage_of(const BentSurface& surface, const PointScan& scan) {
   auto shares = areas_of(surface.faces, surface.first_frame);
   const double all = std::accumulate(shares.begin(), shares.end(), 0.0);
   for (double& share : shares) share = all > 0 ? share / all : 0;
-  coverage.hole = largest_piece(surface.cells, shares, std::move(is_in_hole));
+  coverage.hole = largest_piece(surface.topology.cells, shares, std::move(is_in_hole));
   coverage.overlap = overlapping_area(surface, shares);
   return coverage;
 }

@@ -15,7 +15,7 @@ namespace dynmesh {
 /// bent. `is_sheet` (k,) are the vertices that can be seen from behind.
 struct BentSurface {
   std::span<const Triangle> faces;
-  const Cells& cells;
+  const Topology& topology;
   Field first_frame;
   Field x;
   Field normals;

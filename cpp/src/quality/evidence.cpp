@@ -111,7 +111,7 @@ void spread_along_edges(const BentSurface& surface, double distance,
   for (int round = 0; round < rounds; ++round) {
     const std::vector<std::uint8_t> before = marks;
     for (std::size_t v = 0; v < marks.size(); ++v) {
-      for (const Index other : surface.cells[v]) marks[v] |= before[at(other)];
+      for (const Index other : surface.topology.cells[v]) marks[v] |= before[at(other)];
     }
   }
 }
@@ -261,30 +261,13 @@ Sight sight_of(const BentSurface& surface, const PointScan& scan, double noise, 
 
 namespace {
 
-/// (k,) the number of the component of each vertex.
-std::vector<std::size_t> components_of(const Cells& cells, std::size_t k) {
-  std::vector<std::size_t> component(k, k);
-  std::vector<std::size_t> left;
-  for (std::size_t first = 0; first < k; ++first) {
-    if (component[first] == k) left.push_back(first);
-    while (!left.empty()) {
-      const std::size_t v = left.back();
-      left.pop_back();
-      if (component[v] != k) continue;
-      component[v] = first;
-      for (const Index n : cells[v]) left.push_back(static_cast<std::size_t>(n));
-    }
-  }
-  return component;
-}
-
 /// Marks what is seen within a radius of a point of another component: a sensor that draws two
 /// layers so near to each other sees both, but measures the outer one.
 void explain_by_other_layers(const BentSurface& surface, const Sight& sight,
                              const MatchedPoints& points, double radius,
                              std::vector<std::uint8_t>& is_explained) {
-  const auto component = components_of(surface.cells, surface.x.size());
-  const bool has_layers = std::ranges::any_of(component, [](std::size_t of) { return of != 0; });
+  const std::vector<Index>& component = surface.topology.component;
+  const bool has_layers = std::ranges::any_of(component, [](Index of) { return of != 0; });
   if (points.points.empty() || !has_layers) return;
   std::optional<PointTree<3>> tree;  // which many frames do not need
   for (std::size_t v = 0; v < surface.x.size(); ++v) {
@@ -311,6 +294,7 @@ Evidence evidence_of(const BentSurface& surface, const Sight& sight, const Point
   std::vector<std::uint8_t> is_explained(surface.x.size());
   std::vector<Vector3> others;
   double near = 0;
+  double flat = 0;  // of these, those where sensors see the surface too flatly, or not at all
   double wrong = 0;
   for (std::size_t i = 0; i < points.places.size(); ++i) {
     const Place& place = points.places[i];
@@ -326,6 +310,7 @@ Evidence evidence_of(const BentSurface& surface, const Sight& sight, const Point
       wrong += has_side && dot(normal, place.on(surface.normals)) < 0 ? 1 : 0;
       continue;
     }
+    flat += sight.seen[place.nearest_corner()] == 0 ? 1 : 0;
     for (std::size_t s = 0; s < 3; ++s) {
       if (place.shares[s] > 0) is_explained[place.corners[s]] = 1;
     }
@@ -342,8 +327,8 @@ Evidence evidence_of(const BentSurface& surface, const Sight& sight, const Point
     all += areas[v];
     seen += sight.seen[v] != 0 ? areas[v] : 0;
   }
-  if (!(seen > 0)) {
-    // All of it is too flat to the sensors to tell what is missing, but points tell where it is.
+  if (!(seen > 0) || 2 * flat > near) {
+    // Most of it is too flat to the sensors to tell what is missing, but points tell where it is.
     const double own = n - static_cast<double>(others.size());
     if (own > 0) found.explained = near / own;
     return found;
@@ -369,7 +354,7 @@ Evidence evidence_of(const BentSurface& surface, const Sight& sight, const Point
   found.seen = seen / all;
   found.explained = explained / seen;
   found.seen_through = seen_through / seen;
-  found.hole = largest_piece(surface.cells, areas, std::move(is_missing)) / all;
+  found.hole = largest_piece(surface.topology.cells, areas, std::move(is_missing)) / all;
   return found;
 }
 

@@ -19,8 +19,6 @@ inline constexpr struct QualityLimits {
   /// frames, 0.01 was contradicted at most.
   double contradicted = 0.05;
   double stretch = 0.13;
-  double unexplained = 0.03;  ///< of points, in a registration
-  double overlap = 0.003;
   /// At the start of a tracker, whose template is of the subject in its pose there, edges change by
   /// less, on average, and in a body that is turned by 180 degrees by 0.08; noise of a mean edge
   /// changes them by `noise_stretch`, and makes them as much longer.

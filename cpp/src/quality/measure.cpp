@@ -138,8 +138,7 @@ Quality judged(Measure& measure, const Before& before) {
     hole = is_first ? always : std::max(recent.hole.mean + hole, beyond(recent.hole));
   }
   measure.doubt = measure.contradicted / limits.contradicted + measure.stretch / limits.stretch +
-                  measure.hole / hole + measure.unexplained / limits.unexplained +
-                  measure.overlap / limits.overlap;
+                  measure.hole / hole;
   const auto doubt = [&](double value, double limit) {
     measure.doubt = std::max(measure.doubt, value / limit);
   };

@@ -105,6 +105,7 @@ inline constexpr struct RegistrationConstants {
   double doubt = 0.13;
   double missing = 0.1;
   double hole = 0.035;
+  double overlap = 0.003;  ///< of the template, where another part of it lies as well
   /// It is ruined if template and scan have a larger share not in common, or more contradicts it.
   double ruined_missing = 0.3;
   double ruined_contradicted = 0.2;

@@ -86,7 +86,7 @@ Quality judged_pose(const Fit& fit, const Measure& measure) {
   const double missing = 1 - fit.evidence.explained;
   const double doubt = missing + contradicted + measure.unexplained + fit.stretch;
   const bool is_good = doubt <= limits.doubt && missing <= limits.missing &&
-                       measure.hole <= limits.hole && measure.overlap <= quality_limits.overlap &&
+                       measure.hole <= limits.hole && measure.overlap <= limits.overlap &&
                        measure.cause() != Cause::unseen;
   return is_good ? Quality::good : Quality::doubtful;
 }
@@ -341,7 +341,7 @@ Memory PoseSearch::placed(const Cloud& x) {
 PoseSearch::Trial PoseSearch::compared(Trial trial, const FittedSurface& found) const {
   const auto normals = coarse_.normals_of(found.x);
   trial.fit =
-      fit_of({mesh_.faces(), mesh_.topology().cells, mesh_.first_frame(), found.x, normals,
+      fit_of({mesh_.faces(), mesh_.topology(), mesh_.first_frame(), found.x, normals,
               is_coarse_sheet_, coarse_.mean_edge(), size_of_surface(mesh_.faces(), found.x)},
              found, false);
   trial.x = found.x;
@@ -367,7 +367,7 @@ Fit PoseSearch::fit_of(const BentSurface& surface, const FittedSurface& found,
   return {evidence_of(surface, sight, points, found.points),
           scan.sensors.empty() ? 0 : constants_.unseen,
           agreement.points > 0 ? agreement.far_share + agreement.disagreeing : 1,
-          mean_stretch(surface.cells, surface.first_frame, surface.x)};
+          mean_stretch(surface.topology.cells, surface.first_frame, surface.x)};
 }
 
 /// Landmarks on the coarse mesh of a template that was moved.
@@ -444,8 +444,8 @@ Pose PoseSearch::finished(const Wanted& wanted, const Trial& trial) {
 void PoseSearch::judge(const Wanted& wanted, const FittedSurface& found, Pose& pose) const {
   const double size = size_of_surface(template_.faces, pose.x);
   const auto normals = fine_.normals_of(pose.x);
-  const BentSurface surface{template_.faces, topology_.cells, template_.frame,   pose.x,
-                            normals,         is_sheet_,       fine_.mean_edge(), size};
+  const BentSurface surface{template_.faces, topology_, template_.frame,   pose.x,
+                            normals,         is_sheet_, fine_.mean_edge(), size};
   const auto coverage = coverage_of(surface, wanted.scan);
   pose.fit = fit_of(surface, found, true);
   pose.measure =
