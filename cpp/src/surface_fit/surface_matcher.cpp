@@ -167,15 +167,13 @@ Vector3 SurfaceMatcher::to_finer(const Surface& surface, const Match& match) con
   return (is_outside ? height(match.place) : -height(match.place)) * match.normal;
 }
 
-/// The place of a finer surface that is nearest to a point, around a place of this one.
+/// The place of a finer surface to which a point comes from the middle of the nearest side of its
+/// place.
 Place SurfaceMatcher::finer_place(const Point& point, const Place& place,
                                   const SurfaceMatcher& finer, Field finer_frame) const {
-  Place best;
-  for (const std::uint32_t face : finer_faces_[place.face]) {
-    const Place end = finer.places_.walk(finer_frame, point.position, face);
-    if (end.squared < best.squared) best = end;
-  }
-  return best;
+  const auto side = std::ranges::min_element(place.shares) - place.shares.begin();
+  const std::uint32_t face = finer_faces_[place.face][static_cast<std::size_t>(side)];
+  return finer.places_.walk(finer_frame, point.position, face);
 }
 
 // A point that is farther than the resolution is of something else, or of what has moved.
