@@ -116,7 +116,6 @@ double slope_of_rows_after(int steps) {
   const Field first = rows_of(mesh.vertices);
   const ShapeModel model(topology, triangles_of(mesh), first, {}, 0, workers);
   TrackingConstants constants;
-  constants.steps = steps;
   const std::vector<Tie> ties = {{3, 100, 2.0}};
   const std::vector<Landmark> landmarks = {{7, {1, 2, 3}, 0.4}};
   SurfaceSystem system(model, std::vector<double>(k), constants, ties, workers);
@@ -137,7 +136,7 @@ double slope_of_rows_after(int steps) {
   const std::vector<double> resistance(k, 1.0);
   system.pull_back(resistance, residual, force);
   Field d(k);
-  system.solve(pulls, preconditioner, resistance, 0, d, force);
+  system.solve(pulls, preconditioner, resistance, {steps, 0}, d, force);
   const auto energy = [&](const Field& x) {
     Field detail(k);
     apply_operator(model.k, x, 1, detail, workers);

@@ -136,6 +136,10 @@ struct TrackingMemory {
   FitMemory coarse_fit;                   ///< of the coarse mesh
   std::vector<double> coarse_departures;  ///< of the coarse mesh
   double times_weight = 1;                ///< as FitOptions
+  /// (k,) How far the iterations on the template led it from where it followed the coarse mesh,
+  /// turned back by Q, empty if there are none; and with which share of that the next ones begin.
+  std::vector<Vector3> corrections;
+  double correction_share = 0;
   SurfaceColours colours;
   std::vector<Vector3> good;  ///< (k,) the last good frame, at first frame 0
   RecentFrames recent;
@@ -228,6 +232,8 @@ void each_number(Visited& memory, const Visit& visit) {
   visit(memory.departures);
   visit(tracking.coarse_departures);
   visit(tracking.times_weight);
+  visit(tracking.corrections);
+  visit(tracking.correction_share);
   visit(tracking.colours.of_vertices);
   visit(tracking.colours.is_known);
   visit(memory.errors.errors);

@@ -7,16 +7,27 @@
 
 namespace dynmesh {
 
+/// Conjugate gradients end after so many steps, or at this share of the error.
+struct SolverLimits {
+  int steps = 0;
+  double settled = 0;
+};
+
 struct TrackingConstants {
   /// The iterations of a frame run on a coarse mesh if the template has more vertices than this:
   /// on so many of them, at most half, and with at least so many of each component. At most so many
-  /// follow on the template, until it lies still, whose solutions go on farther, since all that is
-  /// left is smooth and slow to solve.
+  /// follow on the template, until it lies still. All that is left there is smooth and slow to
+  /// solve.
   std::size_t coarse_vertices = 2500;
   std::size_t share_of_vertices = 2;
   std::size_t fewest_vertices = 60;
   int whole_iterations = 2;
-  double whole_settled = 1e-3;
+  SolverLimits whole_solution = {10, 1e-3};
+  /// How much the share of the last correction grows in a frame that leads on in its direction, and
+  /// its largest value; and how far beyond where they lead the iterations go, for a share of 1.
+  double correction_growth = 0.3;
+  double largest_correction = 0.7;
+  double beyond_correction = 0.4;
   /// In all but so many last iterations, the surface has not arrived, and is stiff: it needs only
   /// so many points for each vertex, evenly spread. A coarse mesh, which the template follows,
   /// needs no more at all. Of these, so many for each component tell whether a frame begins where
@@ -44,9 +55,7 @@ struct TrackingConstants {
   int most_iterations = 8;
   double iterations_per_edge = 3;
   double far_share = 0.98;
-  /// The most steps of conjugate gradients for a fit, and the share of the error at which they end.
-  int steps = 12;
-  double settled = 3e-3;
+  SolverLimits solution = {12, 3e-3};
   /// The preconditioner has so much of the weights of the points at a vertex, which tell one of its
   /// three coordinates each.
   double preconditioned = 0.67;

@@ -87,7 +87,7 @@ bool NonrigidStep::step(const StepInput& input, MaskedFactor& preconditioner, Fi
   for (std::size_t v = 0; v < x.size(); ++v) departures[v] = wanted[v] - departures[v];
   const auto resistance = resistance_against(departures, input.yields_beyond);
   auto force = forces(x, departures, resistance, input.ties, next.q);
-  surface_system_.solve(input, preconditioner, resistance, input.settled, x, force);
+  surface_system_.solve(input, preconditioner, resistance, input.solution, x, force);
   return true;
 }
 

@@ -26,7 +26,7 @@ struct StepInput : Pulls {
   /// The shape yields where |K X - Q m| is more than so many times its median: it resists with as
   /// much force there as at the limit (Huber 1964), since bodies bend at joints.
   double yields_beyond = std::numeric_limits<double>::infinity();
-  double settled = 0;  ///< the share of the error at which the solution ends
+  SolverLimits solution;
   /// If it is not 0, the modes of the training sequence are fitted first, with so many times the
   /// weights of the rows.
   double mode_weights = 0;

@@ -35,7 +35,7 @@ void SurfaceErrors::measure(const FittedSurface& found, bool is_lost, const Memo
     return;
   }
   ShapeSystem system(model_.k, workers_);
-  system.take_planes(constants_.steps);
+  system.take_planes(constants_.solution.steps);
   ShapeFactor factor(anchors, factors_.lend());
   std::vector<Vector3> kx(model_.size());
   system.apply(found.x, 1, kx);

@@ -7,6 +7,7 @@
 #include "base/geometry.hpp"
 #include "base/statistics.hpp"
 #include "mesh/decimation.hpp"
+#include "surface_fit/correction.hpp"
 #include "surface_fit/surface_colours.hpp"
 
 namespace dynmesh {
@@ -91,6 +92,7 @@ void SurfaceFit::begin(Memory& memory) const {
   whole_.begin(memory);
   memory.errors = errors_.no_errors();
   if (coarse_ == nullptr) return;
+  if (!is_live_) memory.tracking.corrections.resize(memory.last.size());
   memory.tracking.coarse_fit = coarse_->first.fit;
   memory.tracking.coarse_departures = coarse_->first.departures;
 }
@@ -130,6 +132,7 @@ void SurfaceFit::remember(const Memory& memory, const FittedSurface& found, bool
   next.tracking.times_weight =
       next_times_weight(memory, found, whole_.mean_edge(), whole_.constants());
   next.tracking.colours = memory.tracking.colours;
+  if (is_lost || !moves) forget_correction(next.tracking);
   if (!is_lost) {
     learn_colours(found.points, whole_.constants(), next.tracking.colours);
     next.departures = whole_.departures(next, memory.departures);

@@ -7,6 +7,7 @@
 
 #include "base/geometry.hpp"
 #include "surface_fit/cloth.hpp"
+#include "surface_fit/correction.hpp"
 #include "surface_fit/joint_motion.hpp"
 #include "surface_fit/lost_components.hpp"
 #include "surface_fit/prediction.hpp"
@@ -22,7 +23,8 @@ SurfaceLevel::SurfaceLevel(std::vector<Triangle> faces, const Topology& topology
                            Field first_frame, const TrackingConstants& constants,
                            const TrainingFrames& training, bool has_uncertainty, double epsilon,
                            std::vector<Material> materials)
-    : constants_(constants),
+    : workers_(workers),
+      constants_(constants),
       faces_(std::move(faces)),
       model_(topology, faces_, first_frame, training, epsilon, workers),
       materials_(materials.empty() ? find_materials(faces_, topology, first_frame, constants_)
@@ -60,7 +62,7 @@ SurfaceFrame SurfaceLevel::find(const Memory& memory, const PointScan& scan,
   std::vector<Vector3> before = frame.x;
   std::optional<Preconditioner> preconditioner;
   for (int left = frame.iterations; left-- > 0;) {
-    if (!iterate(left, left == 1, constants_.settled, options, memory, preconditioner, frame,
+    if (!iterate(left, left == 1, constants_.solution, options, memory, preconditioner, frame,
                  next)) {
       break;
     }
@@ -80,17 +82,23 @@ FittedSurface SurfaceLevel::refine(std::vector<Vector3> x, const Memory& memory,
   SurfaceFrame frame{std::move(x), matcher_.points_of(scan), std::move(visibility),
                      std::move(weighted)};
   frame.iterations = iterations;
+  std::optional<Correction> correction;
+  if (most_iterations > 0) {
+    correction.emplace(frame.x, next.q, memory.tracking, constants_, workers_);
+    frame.x = correction->start();
+  }
   std::optional<Preconditioner> preconditioner;
   double largest = std::numeric_limits<double>::infinity();
   for (int i = 0; i < most_iterations && !lies_still(largest); ++i) {
     const std::vector<Vector3> before = frame.x;
-    iterate(0, i == 0, constants_.whole_settled, {.times_weight = memory.tracking.times_weight},
+    iterate(0, i == 0, constants_.whole_solution, {.times_weight = memory.tracking.times_weight},
             memory, preconditioner, frame, next);
     largest = 0;
     for (std::size_t v = 0; v < before.size(); ++v) {
       largest = std::max(largest, squared_norm(frame.x[v] - before[v]));
     }
   }
+  if (correction) correction->end(matcher_.normals_of(frame.x), next.q, frame.x, next.tracking);
   if (most_iterations == 0 && has_uncertainty_) {
     frame.rows = matcher_.match(frame.x, frame.visibility,
                                 {.walked = constants_.resolution,
@@ -175,9 +183,10 @@ bool SurfaceLevel::seek_lost(SurfaceFrame& frame) {
 
 /// Matches the points with X, and then finds X for these and the landmarks; `left` iterations are
 /// to follow. Returns false if there are neither.
-bool SurfaceLevel::iterate(int left, bool fits_modes, double settled, const FitOptions& options,
-                           const Memory& memory, std::optional<Preconditioner>& preconditioner,
-                           SurfaceFrame& frame, Memory& next) {
+bool SurfaceLevel::iterate(int left, bool fits_modes, const SolverLimits& limits,
+                           const FitOptions& options, const Memory& memory,
+                           std::optional<Preconditioner>& preconditioner, SurfaceFrame& frame,
+                           Memory& next) {
   const double last_weight = options.times_weight * constants_.last_weight;
   const double weight =
       std::max(constants_.first_weight, last_weight * std::pow(constants_.weight_growth, -left));
@@ -200,7 +209,7 @@ bool SurfaceLevel::iterate(int left, bool fits_modes, double settled, const FitO
     preconditioner.emplace(step_.preconditioner(pulls, std::sqrt(growth)), weight);
   }
   const double mode_weights = fits_modes ? constants_.first_weight / weight : 0;
-  return step_.step({pulls, options.yields_beyond, settled, mode_weights}, preconditioner->factor,
+  return step_.step({pulls, options.yields_beyond, limits, mode_weights}, preconditioner->factor,
                     memory.m, frame.x, next);
 }
 
@@ -251,6 +260,7 @@ void SurfaceLevel::remember(const Memory& memory, bool moves, Memory& next) {
 
 void SurfaceLevel::place(Field frame, Memory& memory) {
   for (auto* of : {&memory.last, &memory.tracking.before}) std::ranges::copy(frame, of->begin());
+  forget_correction(memory.tracking);
   step_.remember(memory.last, memory);
 }
 
@@ -267,7 +277,7 @@ void SurfaceLevel::bend(const FitOptions& options, int steps, Memory& memory) {
       moving[i].target = start + share * (options.landmarks[i].target - start);
     }
     const WeightedTies ties = step_.turn_to(x, memory.departures, bent);
-    step_.step({{{}, moving, ties.all}, options.yields_beyond, constants_.settled}, factor,
+    step_.step({{{}, moving, ties.all}, options.yields_beyond, constants_.solution}, factor,
                memory.m, x, bent);
   }
   place(x, memory);

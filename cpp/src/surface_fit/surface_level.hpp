@@ -88,7 +88,7 @@ class SurfaceLevel {
   SurfaceFrame find(const Memory& memory, const PointScan& scan, const FitOptions& options,
                     Memory& next);
   /// Iterates from X (k,), of which `next` holds the rotations, with the last weights until it lies
-  /// still, so often at most. `iterations` preceded elsewhere.
+  /// still, so often at most. `iterations` preceded elsewhere. `next` then holds how far they led.
   FittedSurface refine(std::vector<Vector3> x, const Memory& memory, const PointScan& scan,
                        int most_iterations, int iterations, Memory& next);
 
@@ -142,7 +142,7 @@ class SurfaceLevel {
   void align_rigidly(const Memory& memory, int fewest_iterations, SurfaceFrame& frame);
   [[nodiscard]] std::vector<std::uint8_t> find_placed(const SurfaceFrame& frame) const;
   bool seek_lost(SurfaceFrame& frame);
-  bool iterate(int left, bool fits_modes, double settled, const FitOptions& options,
+  bool iterate(int left, bool fits_modes, const SolverLimits& limits, const FitOptions& options,
                const Memory& memory, std::optional<Preconditioner>& preconditioner,
                SurfaceFrame& frame, Memory& next);
   FittedSurface compared(SurfaceFrame frame, const Memory& memory, const Memory& next);
@@ -152,6 +152,7 @@ class SurfaceLevel {
     return squared < std::pow(constants_.resolution * model_.mean_edge, 2);
   }
 
+  Workers& workers_;
   TrackingConstants constants_;
   std::vector<Triangle> faces_;
   ShapeModel model_;

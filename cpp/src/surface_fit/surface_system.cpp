@@ -73,8 +73,8 @@ void SurfaceSystem::apply_factor(MaskedFactor& factor, Field right_side, std::sp
 }
 
 void SurfaceSystem::solve(const Pulls& pulls, MaskedFactor& preconditioner,
-                          std::span<const double> resistance, double settled, std::span<Vector3> x,
-                          std::span<Vector3> force) {
+                          std::span<const double> resistance, const SolverLimits& limits,
+                          std::span<Vector3> x, std::span<Vector3> force) {
   const auto weights = held(pulls.landmarks);
   RowProduct row_product(pulls.rows, x.size(), workers_);
   row_product.add_forces(x, force);
@@ -103,7 +103,7 @@ void SurfaceSystem::solve(const Pulls& pulls, MaskedFactor& preconditioner,
         steps.size(), [&](std::size_t v) { steps[v] = steps[v] + length[0] * direction[v]; });
   };
   const ConjugateVectors<Vector3> vectors = {force, product, direction, product};
-  conjugate_gradients<1>(vectors, constants_.steps, settled, precondition, multiply_direction,
+  conjugate_gradients<1>(vectors, limits.steps, limits.settled, precondition, multiply_direction,
                          advance, workers_);
   for (std::size_t v = 0; v < x.size(); ++v) x[v] = x[v] + steps[v];
 }

@@ -58,10 +58,9 @@ class SurfaceSystem {
   void pull_back(std::span<const double> resistance, Field detail, std::span<Vector3> forces);
 
   /// Adds the step D to X for which A D, with K^T W K in the place of N, is the sum of `force`
-  /// (k,), which is lost, and of the forces of the rows and landmarks at X. Ends at the share
-  /// `settled` of the error.
+  /// (k,), which is lost, and of the forces of the rows and landmarks at X.
   void solve(const Pulls& pulls, MaskedFactor& preconditioner, std::span<const double> resistance,
-             double settled, std::span<Vector3> x, std::span<Vector3> force);
+             const SolverLimits& limits, std::span<Vector3> x, std::span<Vector3> force);
 
  private:
   SurfaceSystem(const ShapeModel& model, const std::vector<double>& membrane,

@@ -232,6 +232,18 @@ def test_a_fine_surface_is_followed(
     assert max(np.diff(errors)) < 0.05  # no frame leaps
 
 
+def test_what_is_left_of_a_motion_along_the_surface_is_found_later(
+    rng: np.random.Generator,
+) -> None:
+    """A hand closes steadily, so that its skin slides along its scans."""
+    frames = dynmesh.synth.hand(31)
+    hand = Mesh(frames.faces.astype(np.int64), frames.vertices[0].astype(np.float64))
+    tracker = Tracker(hand.faces, hand.vertices)
+    for truth in frames.vertices[1:11].astype(np.float64):
+        tracked = tracker.push(*scan_of(hand, truth, 8000, rng))
+    assert error(hand, truth, tracked) < 0.29
+
+
 def test_a_template_with_fewer_vertices_is_tracked_on_all_of_them(
     rng: np.random.Generator,
 ) -> None:
