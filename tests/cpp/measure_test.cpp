@@ -78,7 +78,7 @@ TEST_CASE("a shape that leaps is lost, and one that always moves as fast is not"
 TEST_CASE("what was lost stays lost until its shape is nearer to that of the good frames") {
   for (const bool was_lost : {false, true}) {
     for (const double departure : {0.01, 0.02, 0.04}) {
-      Before before{.was_lost = was_lost};
+      Before before{.was_misplaced = was_lost};
       Measure frame{.agreement = {1000, 0, 0, 0.1}, .stretch = 0.02, .change = 0.005};
       for (int i = 0; i < 20; ++i) add_frame(frame, before.recent);
       CAPTURE(was_lost);

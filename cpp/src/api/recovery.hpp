@@ -76,7 +76,7 @@ class Recovery {
     }
     made.quality =
         judged(made, {memory.tracking.recent, !scan.sensors.empty(),
-                      made.noise / surface_.mean_edge(), was_registered, was_lost(memory)});
+                      made.noise / surface_.mean_edge(), was_registered, was_misplaced(memory)});
     return made;
   }
   /// Whether to seek the template elsewhere: it was lost in a frame, after a good one, or much
@@ -135,8 +135,8 @@ class Recovery {
     const bool has_points = measure.agreement.points > 0;
     const bool has_begun = has_points && (measure.quality == Quality::good || !measure.is_start);
     next.tracking.is_start = has_begun ? 0 : memory.tracking.is_start;
-    // What was lost is found again in a good frame only: a pose that is less wrong is doubtful.
-    const bool was_so = was_lost(memory) || (sought && sought->is_better);
+    // From a wrong pose, it is found again in a good frame only: a less wrong one is doubtful.
+    const bool was_so = was_misplaced(memory) || (sought && sought->is_better);
     const bool is_lost_yet = was_so && measure.quality != Quality::good;
     const bool is_good = has_points && !is_lost(measure) && !is_lost_yet;
     TrackingMemory& tracking = next.tracking;
@@ -179,6 +179,13 @@ class Recovery {
             is_sheet_,   surface_.mean_edge(), size_of(x)};
   }
   static bool was_lost(const Memory& memory) { return memory.tracking.good_in_a_row == 0; }
+  /// Whether it was lost while points lay on it. Without any, it was out of sight, and what comes
+  /// back near it is the subject, in another shape.
+  static bool was_misplaced(const Memory& memory) {
+    const auto n_known = static_cast<double>(std::ranges::count(memory.known, 1));
+    const auto k = static_cast<double>(memory.known.size());
+    return was_lost(memory) && !(n_known < quality_limits.hardly_seen * k);
+  }
   /// The last frame that was not lost: with each frame from the good one on, a shape may change.
   static Field last_unlost(const Memory& memory) {
     return was_lost(memory) ? memory.tracking.good : memory.last;

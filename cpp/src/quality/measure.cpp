@@ -154,7 +154,7 @@ Quality judged(Measure& measure, const Before& before) {
   const double departure = measure.stretch - recent.stretch.mean;
   const double usual = limits.deviations * recent.stretch.deviation;
   // A pose that was lost settles: it is bent less from frame to frame, and stays another one.
-  const double least = (before.was_lost ? limits.still_lost : 1) * limits.leap_stretch;
+  const double least = (before.was_misplaced ? limits.still_lost : 1) * limits.leap_stretch;
   if (departure > std::max(least, usual)) {
     measure.leap = measure.change / std::max(limits.leap, limits.leap_times * recent.change.mean);
   }

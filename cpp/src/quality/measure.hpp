@@ -45,7 +45,7 @@ struct Before {
   bool knows_sensors = true;    ///< otherwise, what should be seen follows from recent frames
   double noise = 0;             ///< of the points, in mean edges
   bool was_registered = false;  ///< with a good result: whatever the shape was before
-  bool was_lost = false;        ///< in the frame before
+  bool was_misplaced = false;   ///< in the frame before: lost, with points on it
 };
 
 /// Sets the doubt, the leap and the quality.
