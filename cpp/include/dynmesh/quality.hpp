@@ -51,9 +51,9 @@ struct DYNMESH_EXPORT Measure {
   double unexplained = 0;
   /// The share of the template's area that is the largest connected piece without a point, as of a
   /// limb that was not measured, among what the sensors should see; without viewpoints, among all.
-  /// A tracker tells the share of the vertices in the component of `lost` instead, and no overlap.
   double hole = 0;
-  /// The share of the template's area where another part lies as well and faces the same way.
+  /// The share of the template's area where another part lies as well and faces the same way; 0 in
+  /// a tracker, which does not measure it.
   double overlap = 0;
   /// By which share of their length the edges have changed, on average, beside their common growth;
   /// if it is large, the scan is of another subject.

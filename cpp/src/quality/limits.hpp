@@ -75,9 +75,7 @@ inline constexpr struct QualityLimits {
   /// and so many mean edges.
   double unexplained_medians = 4;
   double unexplained_edges = 0.25;
-  /// A vertex is in a hole if no point is within so many mean edges or, where points are sparse, so
-  /// many mean distances between them.
-  double hole_edges = 1.5;
+  /// Where points are sparse, one explains what is within so many mean distances between them.
   double hole_spacings = 1.9;
   /// Vertices within a mean edge of each other whose normals agree overlap if the template has them
   /// so many mean edges apart.

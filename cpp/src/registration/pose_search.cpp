@@ -446,15 +446,13 @@ void PoseSearch::judge(const Wanted& wanted, const FittedSurface& found, Pose& p
   const auto normals = fine_.normals_of(pose.x);
   const BentSurface surface{template_.faces, topology_, template_.frame,   pose.x,
                             normals,         is_sheet_, fine_.mean_edge(), size};
-  const auto coverage = coverage_of(surface, wanted.scan);
   pose.fit = fit_of(surface, found, true);
   pose.measure =
       measured(found.agreements.all, pose.observed, topology_.cells, template_.frame, pose.x);
   add_evidence(pose.fit.evidence, pose.measure);
   pose.measure.unexplained =
       unexplained_beside(found.points, is_border_, pose.fit.evidence.points.noise);
-  pose.measure.hole = coverage.hole;
-  pose.measure.overlap = coverage.overlap;
+  pose.measure.overlap = overlap_of(surface);
   pose.measure.quality = judged_pose(pose.fit, pose.measure);
   const double limit = constants_.misplaced_landmark * size;
   for (std::size_t i = 0; i < wanted.checked.vertices.size(); ++i) {

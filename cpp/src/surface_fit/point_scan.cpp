@@ -173,16 +173,4 @@ std::vector<std::uint32_t> PointScan::nearest_to(std::size_t number, std::size_t
   return numbers;
 }
 
-bool PointScan::any_agrees(const Vector3& position, const Vector3& normal, double radius,
-                           double agreement) const {
-  bool any = false;
-  tree().search(array_of(position), radius * radius, [&](std::uint32_t i, double) {
-    const double cosine = dot(normals[i], normal);
-    any = any || (is_undecided(i) ? std::abs(cosine) : cosine) >= agreement ||
-          squared_norm(normals[i]) == 0;
-    return any ? 0 : radius * radius;
-  });
-  return any;
-}
-
 }  // namespace dynmesh

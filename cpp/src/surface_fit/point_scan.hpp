@@ -51,10 +51,6 @@ class PointScan {
   [[nodiscard]] double distance(const Vector3& position) const {
     return std::sqrt(tree().nearest(array_of(position)).squared);
   }
-  /// Whether a point within a radius has a normal whose cosine with this one is at least
-  /// `agreement`, or none.
-  [[nodiscard]] bool any_agrees(const Vector3& position, const Vector3& normal, double radius,
-                                double agreement) const;
   /// The numbers of the points that are nearest to a point, itself first, at most `count`.
   [[nodiscard]] std::vector<std::uint32_t> nearest_to(std::size_t number, std::size_t count) const;
 
