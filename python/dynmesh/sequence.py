@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from ._arrays import Integers, Mask, as_mask
-from ._checks import as_array, check_array
+from ._checks import as_array, check_array, refuse_mask
 from ._errors import InputError, KindError, require
 from .frame import (
     Frame,
@@ -86,6 +86,7 @@ class Sequence(Description, VertexAttributes, Stored):
 
     def __post_init__(self) -> None:
         if isinstance(self.vertices, Frames):
+            refuse_mask("vertices", self.vertices)
             message = "are frames already, which dynmesh.read() keeps in memory"
             raise KindError(message, argument="vertices")
         if self.faces is None or _is_of_meshes(self.vertices):
