@@ -18,6 +18,7 @@
 #include "shape/shape_system.hpp"
 #include "shared_work.hpp"
 #include "surface_fit/cloth.hpp"
+#include "surface_fit/correction.hpp"
 #include "surface_fit/membrane.hpp"
 #include "surface_fit/point_scan.hpp"
 #include "surface_fit/scan_arguments.hpp"
@@ -308,6 +309,40 @@ TEST_CASE("colours tell how a surface slides along itself") {
   CHECK(error(0, 0, true) < 0.1);
   CHECK(error(0, 0.1, true) < 0.1);
   CHECK(error(400, 0, true) < 0.6);
+}
+
+TEST_CASE("a correction that goes on begins farther, and one that is led back less far") {
+  Workers workers(1);
+  const TrackingConstants constants;
+  const double half_turn = std::sqrt(0.5);
+  const std::vector<Quaternion> q(2, {half_turn, 0, 0, half_turn});  // of x to y
+  const Field followed = {{5, 0, 0}, {0, 3, 0}};
+  const Field up = {{0, 0, 1}, {0, 0, 1}};
+  TrackingMemory last;
+  last.corrections = {{1, 0, 0}, {1, 0, 0}};
+  last.correction_share = 0.5;
+  const Correction correction(followed, q, last, constants, workers);
+  const auto start = correction.start();
+  for (std::size_t v = 0; v < 2; ++v) {
+    CHECK(squared_norm(start[v] - followed[v] - Vector3{0, 0.5, 0}) < 1e-20);
+  }
+  const auto led = [&](const Vector3& way) {
+    Field x = {followed[0] + way, followed[1] + way};
+    TrackingMemory next = last;
+    correction.end(up, q, x, next);
+    // Beyond, but not away from the surface.
+    const auto beyond = 0.5 * constants.beyond_correction * Vector3{way.x, way.y, 0};
+    CHECK(squared_norm(x[0] - followed[0] - way - beyond) < 1e-20);
+    CHECK(next.corrections[0].z == doctest::Approx(way.z));
+    CHECK(next.corrections[0].x == doctest::Approx((way + beyond).y));
+    return next.correction_share;
+  };
+  CHECK(led({0, 1, 0}) == doctest::Approx(constants.largest_correction));
+  CHECK(led({0, 0.5, 2}) == doctest::Approx(0.5));  // nothing more along the last one
+  CHECK(led({0, 0.1, 0}) == doctest::Approx(0.5 - constants.correction_growth));
+  forget_correction(last);
+  const Correction none(followed, q, last, constants, workers);
+  CHECK(squared_norm(none.start()[0] - followed[0]) == 0);
 }
 
 TEST_CASE("colours of depth images are those of their pixels") {
