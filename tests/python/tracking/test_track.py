@@ -223,7 +223,7 @@ def test_the_page_shows_the_scans(
         file = folder / "page.html"
         file.write_text(made.html)
         fewer = opened(folder / "points" / "frame_0000[0-3].ply")
-        with pytest.raises(ValueError, match="has 4 frames, but"):
+        with pytest.raises(ValueError, match="has 4, and none of the numbers 4, 5"):
             page(reader, scans=fewer)
     shown = Page(browser, file)
     assert shown.captions() == [f"scans: {scans}", f"{mesh}.npz"]
