@@ -111,7 +111,7 @@ typedef struct dynmesh_settings {
   int32_t revisit;           ///< whether satellites are estimated again; default: 1
   int32_t extra_iterations;  ///< default: 0
   int32_t disconnected;      ///< DYNMESH_DISCONNECTED_FOLLOW, the default, or _HOLD
-  double noise;              ///< in the unit of positions; default: NaN, known ones are exact
+  double noise;              ///< standard deviation, in the unit of positions; default: NaN, none
   int32_t reject_outliers;   ///< default: 0
   int32_t threads;           ///< 1 to 256; default: 1
   int32_t learn;             ///< whether it learns from the frames that it completes; default: 0

@@ -80,8 +80,9 @@ void check_memory(const Memory& memory, double largest) {
     refuse_state("has no weight of points");
   }
   const double share = memory.tracking.correction_share;
-  if (!(share >= 0 && share < 1))
+  if (!(share >= 0 && share < 1)) {
     refuse_state("holds a share of the last correction that is not from 0 to 1");
+  }
   const auto is_mask = [](std::uint8_t value) { return value <= 1; };
   if (!std::ranges::all_of(memory.tracking.colours.is_known, is_mask)) {
     refuse_state("does not tell which colours are known");
