@@ -201,7 +201,7 @@ def _facts(diagnosis: Diagnosis) -> Iterator[tuple[str, str]]:
     yield "vertices", f"{header.n_vertices}, {header.dtype}"
     cut = f", of {len(header.polygons.sizes)} polygons" if header.polygons else ""
     yield "triangles", f"{len(header.faces)}{cut}"
-    yield "up axis", header.up_axis or f"unknown; probably {diagnosis.likely_up}"
+    yield "up axis", header.up_axis or "unknown"
     yield "unit of length", _unit(header.metres_per_unit)
     yield "name", header.name or "unknown"
     yield "known masks", "yes" if header.has_known else "no"

@@ -15,7 +15,8 @@ from meshes import Mesh, join, meshes, sheet
 
 import dynmesh
 from dynmesh import Sequence, losses, synth
-from dynmesh.advice.diagnosis import KINDS, Diagnosis
+from dynmesh.advice.diagnosis import Diagnosis
+from dynmesh.advice.findings import KINDS
 
 
 def moving(mesh: Mesh, n_frames: int = 16, dtype: Any = np.float64) -> Sequence:
