@@ -11,10 +11,11 @@ from . import _arrays, _core
 from ._arrays import Mask, Positions
 from ._checks import check_flags, check_integer
 from ._errors import KindError
+from ._scan_arrays import image_arrays, scan_arrays
 from ._stream import trained
 from .polygons import Faces, Mesh, mesh_arrays
 from .scan import DepthScan, PointScan, Scan
-from .tracker import MeshInScan, image_arrays, scan_arrays
+from .tracker import MeshInScan
 
 __all__ = ["Registration", "register"]
 

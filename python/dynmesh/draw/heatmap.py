@@ -314,20 +314,6 @@ def _standard_error(heatmap: Heatmap, moment: Moment) -> Values:
     return np.where(finite, of_distances, of_distances.max(initial=0.0, where=finite))
 
 
-def range_of(given: str | tuple[float, float] | None) -> tuple[float, float] | None:
-    """The least and the largest value of a range such as "0.1:10"; None if none is given."""
-    if given is None:
-        return None
-    message, argument = "must be two numbers, as in 0.1:10, from 0 on and ascending", "colour_range"
-    try:
-        low, high = map(float, given.split(":") if isinstance(given, str) else given)
-    except (TypeError, ValueError):
-        raise InputError(f"{message}, not {given!r}", argument=argument, value=given) from None
-    if not 0 <= low < high < math.inf:
-        raise InputError(f"{message}, not {low:g}:{high:g}", argument=argument, value=given)
-    return low, high
-
-
 def _length_scale(name: str, heatmap: Heatmap, seen: Seen) -> Scale:
     unit = heatmap.unit
     if heatmap.colour_range is not None:

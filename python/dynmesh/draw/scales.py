@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from .._errors import InputError
 from .figures import DISCONNECTED_COLOUR, heatmap
 
 Values = NDArray[np.number[Any]]
@@ -105,3 +106,17 @@ def count_scale(title: str, largest: int, *, zero: str, minus_one: str | None = 
 def _plain(value: float) -> str:
     """Formats a number with three digits and without an exponent, such as 0.0002."""
     return np.format_float_positional(value, 3, unique=False, fractional=False, trim="-")
+
+
+def range_of(given: str | tuple[float, float] | None) -> tuple[float, float] | None:
+    """The least and the largest value of a range such as "0.1:10"; None if none is given."""
+    if given is None:
+        return None
+    message, argument = "must be two numbers, as in 0.1:10, from 0 on and ascending", "colour_range"
+    try:
+        low, high = map(float, given.split(":") if isinstance(given, str) else given)
+    except (TypeError, ValueError):
+        raise InputError(f"{message}, not {given!r}", argument=argument, value=given) from None
+    if not 0 <= low < high < math.inf:
+        raise InputError(f"{message}, not {low:g}:{high:g}", argument=argument, value=given)
+    return low, high

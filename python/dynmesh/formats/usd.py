@@ -28,16 +28,8 @@ from ..header import TEXTURE, Header
 from ..polygons import as_polygons
 from .format import STATED, Format, extent_of, not_written
 from .output import destination_of, refuse_inputs, seen_from
-from .usd_stage import (
-    UsdFrames,
-    UsdScene,
-    errors_of_key,
-    library_array,
-    of_usd,
-    open_usd,
-    primvars,
-    pxr,
-)
+from .usd_mesh import errors_of_key, library_array, of_usd, primvars, pxr
+from .usd_stage import UsdFrames, UsdScene, open_usd
 
 unsaved_bytes = 1 << 24
 """Bytes of positions that are held in memory until the next save, plus at most one frame."""

@@ -13,9 +13,9 @@ import numpy as np
 from .._arrays import Positions, first_frame
 from .._checks import path_of
 from .._errors import InputError, KindError, locating, naming
+from .._scan_arrays import image_arrays, scan_arrays
 from ..formats import PathLike
 from ..scan import DepthScan, PointScan, Scan
-from ..tracker import image_arrays, scan_arrays
 from .point_files import measured
 from .reader import ScanReader, ScanSource, open_scans
 from .writer import ScanRun

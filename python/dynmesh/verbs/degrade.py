@@ -26,7 +26,7 @@ from ..formats.output import refuse_inputs
 from ..formats.times import numbers_of_files
 from ..frame import Frame, Frames, frame_at
 from ..header import Axis
-from ..losses.scans import Vector, degraded_frames, scanned
+from ..losses.sequences import Vector, degraded_frames, scanned
 from ..polygons import Faces
 from ..run import Run
 from ..scans import ScanRun, scan_folder

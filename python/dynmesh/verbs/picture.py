@@ -10,8 +10,9 @@ from .._errors import InputError, require
 from .._options import Input, Method, Output
 from .._report import tracked
 from ..draw.figures import View, cropped, load_pyvista
-from ..draw.heatmap import Alone, Heatmap, range_of, stated_up
+from ..draw.heatmap import Alone, Heatmap, stated_up
 from ..draw.picture import centred, contact_sheet, drawn, evenly_spaced
+from ..draw.scales import range_of
 from ..formats import OneSequence, Source, opened_together
 from ..formats.conversion import remarks_of
 from ..formats.times import called, index_of

@@ -10,9 +10,10 @@ from typing import Any, Unpack
 from .._checks import check_integer, check_text, path_of
 from .._errors import InputError
 from .._options import Input, Method
-from ..draw.heatmap import Colour, range_of
+from ..draw.heatmap import Colour
 from ..draw.page import Page, page, require_page
 from ..draw.page.pick import pick_page
+from ..draw.scales import range_of
 from ..formats import OneSequence, PathLike, Source, opened_together
 from ..formats.conversion import remarks_of
 from ..header import Axis
