@@ -2,8 +2,9 @@
 
 from ..scan import DepthScan, PointScan, Scan
 from .cameras import Rig, ScanCamera, read_cameras, write_cameras
+from .opening import ScanSource, open_scans, unit_of_scans
 from .point_files import read_points, write_ply
-from .reader import ScanReader, ScanSource, open_scans, unit_of_scans
+from .reader import ScanReader
 from .writer import ScanRun, scan_folder
 
 __all__ = [

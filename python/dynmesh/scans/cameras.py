@@ -38,6 +38,9 @@ from .trajectories import (
     within_of,
 )
 
+CAMERAS = "cameras.json"
+"""The name under which the cameras are found in a folder of scans."""
+
 _COEFFICIENTS = (4, 5, 8, 12, 14)
 """How many of them OpenCV knows: k1 k2 p1 p2, then k3, then k4 k5 k6, and so on."""
 

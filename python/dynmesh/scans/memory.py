@@ -16,8 +16,9 @@ from .._errors import InputError, KindError, locating, naming
 from .._scan_arrays import image_arrays, scan_arrays
 from ..formats import PathLike
 from ..scan import DepthScan, PointScan, Scan
+from .opening import ScanSource, open_scans
 from .point_files import measured
-from .reader import ScanReader, ScanSource, open_scans
+from .reader import ScanReader
 from .writer import ScanRun
 
 OneScan: TypeAlias = Scan | Positions | tuple[Positions, Positions] | None

@@ -20,6 +20,9 @@ from ..formats.table import PathLike
 from ..formats.text import Metadata, lines_in, metadata_in, number_of, words_in
 from ..scan import PointScan
 
+POINTS = "points"
+"""The value of `colours` that means those of the points."""
+
 _LIKE_COLOURS = 31
 """Whole numbers up to 255, of which one is larger than this, are colours, not normals."""
 

@@ -14,10 +14,9 @@ from ..formats import FORMATS, PathLike
 from ..formats.names import Number
 from ..formats.output import new_folder
 from ..scan import PointScan, Scan
-from .cameras import Rig, write_cameras
+from .cameras import CAMERAS, Rig, write_cameras
 from .depth_files import SUFFIXES, write_depth
 from .point_files import write_ply
-from .reader import CAMERAS
 
 
 class ScanRun:

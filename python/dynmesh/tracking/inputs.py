@@ -19,8 +19,9 @@ from ..scans import PointScan, ScanReader, open_scans, read_points, unit_of_scan
 from ..scans.cameras import json_in
 from ..scans.depth_files import SUFFIXES
 from ..scans.image_files import folder_of_masks
+from ..scans.opening import ScanSource, read_rig
 from ..scans.point_files import PointFile, point_formats
-from ..scans.reader import PointReader, ScanSource, read_rig
+from ..scans.reader import PointReader
 from ..topology import vertex_normals
 
 

@@ -27,8 +27,8 @@ from ..header import Axis, Header
 from ..polygons import Faces
 from ..run import Run
 from ..scans import PointScan, ScanRun, read_points, write_ply
+from ..scans.cameras import CAMERAS
 from ..scans.point_files import point_formats
-from ..scans.reader import CAMERAS
 from ..scans.writer import check_name_of_folder
 from ..sequence import result_of
 

@@ -18,7 +18,8 @@ from ..advice.rig_page import rig_page
 from ..completion.start import template_of
 from ..formats import PathLike
 from ..scans import DepthScan, Rig, ScanReader, open_scans, write_cameras
-from ..scans.reader import DepthReader, ScanSource, read_rig
+from ..scans.opening import ScanSource, read_rig
+from ..scans.reader import DepthReader
 from ..tracking.background import Background, Crop
 from ..tracking.inputs import units_of
 
