@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, fields
-from typing import Any, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from ..tracker import Agreement, Tracker, TrackingReport
 _MOST_FRAMES = 5
 _MORE_THAN_OTHERS = 2.0
 """A camera is suspected whose share is so many times the median of the others."""
-FARTHER_THAN_OTHERS = 3.0
+_FARTHER_THAN_OTHERS = 3.0
 _FAR = 0.3
 """So is one whose distance is so many times the median of the others, beyond a share of a mean edge
 by which a template that is not quite in place is off."""
@@ -163,23 +163,13 @@ class Fits:
         return 2 * len(self.unmeasured) > len(self.tracked) + self.empty
 
     @property
-    def worst(self) -> list[Tracked]:
-        """The frames that are not good, the worst one first."""
-        bad = [tracked for tracked in self._measured if tracked.report.quality != "good"]
-        order = ("ruined", "doubtful")
-        ranked = sorted(
-            bad, key=lambda tracked: (order.index(tracked.report.quality), -tracked.report.doubt)
-        )
-        return ranked[:_MOST_FRAMES]
-
-    @property
     def suspects(self) -> tuple[str, ...]:
         """The cameras with far more of them than the others, or that are much farther away."""
         shares = {name: camera.share for name, camera in self.cameras.items()}
         each = ((name, camera.distance) for name, camera in self.cameras.items())
         known = {name: distance for name, distance in each if distance is not None}
-        more = beyond(shares, _MORE_THAN_OTHERS, _core.ruined_far)
-        farther = beyond(known, FARTHER_THAN_OTHERS, _FAR * self.mean_edge)
+        more = _beyond(shares, _MORE_THAN_OTHERS, _core.ruined_far)
+        farther = _beyond(known, _FARTHER_THAN_OTHERS, _FAR * self.mean_edge)
         return tuple(name for name in self.cameras if name in more | farther)
 
     @property
@@ -203,8 +193,7 @@ class Fits:
             )
             messages.append(
                 f"of cameras {', '.join(cameras)}, points are farther from the mesh than those of "
-                "the others, so the poses or intrinsics of these, or of one that sees the same "
-                "parts, may be wrong"
+                "the others"
             )
         starts_badly = self.tracked and self.tracked[0].report.quality != "good"
         if (self.suspects or self.start or starts_badly) and (advice := self.advice()):
@@ -214,9 +203,10 @@ class Fits:
 
     def _told_of_frames(self) -> Iterator[str]:
         """Says how many frames are not good, and what is wrong with the worst one."""
-        bad = [tracked.number for tracked in self._measured if tracked.report.quality != "good"]
-        worst = self.worst[0]
-        runs = [f"{run[0]} to {run[-1]}" if len(run) > 1 else str(run[0]) for run in runs_of(bad)]
+        bad = [tracked for tracked in self._measured if tracked.report.quality != "good"]
+        worst = max(bad, key=lambda one: (one.report.quality == "ruined", one.report.doubt))
+        numbers = runs_of(tracked.number for tracked in bad)
+        runs = [f"{run[0]} to {run[-1]}" if len(run) > 1 else str(run[0]) for run in numbers]
         yield (
             f"{len(bad)} of {counted(len(self._measured), 'frame')} "
             f"{'is' if len(bad) == 1 else 'are'} not good: {some_of(runs, _MOST_FRAMES)}"
@@ -252,7 +242,7 @@ class Fits:
         return tuple(messages)
 
 
-def beyond(values: Mapping[Any, float], times: float, least: float) -> set[Any]:
+def _beyond(values: Mapping[str, float], times: float, least: float) -> set[str]:
     """Returns the names whose value is so many times the median of the others, and not small."""
     result = set()
     for name, value in values.items():

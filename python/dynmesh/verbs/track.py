@@ -17,7 +17,6 @@ from ..advice.fit import command
 from ..alignment import Alignment
 from ..completion.start import Training, TrainingFrames
 from ..formats import OneSequence, PathLike
-from ..formats.names import Number
 from ..formats.times import timing_of
 from ..frame import Frame
 from ..registration import Registration
@@ -53,8 +52,6 @@ class TrackReport(Report):
             frames in which there was a scan; None if there are none.
         far: share of the points of those frames that are farther than one mean edge from the mesh;
             None if there are none.
-        worst: the frames that are not good, at most five, the worst one first, each with its
-            number, that of its file, and its share.
         each: the frames with points.
         cameras: that share for each camera that saw points.
         suspects: the cameras whose share is above 0.05 and more than twice the median of the
@@ -76,7 +73,6 @@ class TrackReport(Report):
     seconds_per_frame: float | None = None
     observed: float | None = None
     far: float | None = None
-    worst: tuple[tuple[Number, float], ...] = ()
     each: tuple[FrameQuality, ...] = ()
     cameras: Mapping[str, float] = field(default_factory=dict)
     suspects: tuple[str, ...] = ()
@@ -289,7 +285,6 @@ def _report(
         seconds_per_frame=float(np.median([each.seconds for each in reports])) if reports else None,
         observed=float(np.mean([report.seen for report in reports])) if reports else None,
         far=fits.total.share if fits.total.points else None,
-        worst=tuple((frame.number, frame.report.far) for frame in fits.worst),
         each=tuple(FrameQuality.of(frame) for frame in fits.tracked),
         cameras={name: counts.share for name, counts in fits.cameras.items()},
         suspects=fits.suspects,
