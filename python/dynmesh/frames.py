@@ -5,8 +5,9 @@ those of a file or of a :class:`dynmesh.Sequence`, can be read in any order and 
 likes, those of a :class:`Run` once, while they are made.
 """
 
-from .frame import FileFrames, Frame, Frames, Stored
+from .frame import Frame, Frames
 from .header import Header, Origin
 from .run import Kept, Run
+from .stored import FileFrames, Stored
 
 __all__ = ["FileFrames", "Frame", "Frames", "Header", "Kept", "Origin", "Run", "Stored"]

@@ -14,8 +14,9 @@ from numpy.typing import DTypeLike, NDArray
 
 from ._errors import InputError, KindError, naming
 from ._report import DoubtfulWarning, Report, warn
-from .frame import Frame, Frames, Indices, Stored, checked, summary
+from .frame import Frame, Frames, Indices, checked, summary
 from .header import ATTRIBUTES, Header, Origin
+from .stored import Stored
 
 R = TypeVar("R", bound=Report)
 

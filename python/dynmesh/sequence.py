@@ -20,7 +20,6 @@ from .frame import (
     Frame,
     Frames,
     Indices,
-    Stored,
     VertexAttributes,
     as_array_of,
     checked,
@@ -38,6 +37,7 @@ from .header import (
 )
 from .polygons import Mesh, as_polygons, mesh_arrays, split_faces
 from .run import R, Run
+from .stored import Stored
 
 __all__ = ["InMemory", "Sequence", "read"]
 

@@ -14,10 +14,11 @@ from numpy.typing import NDArray
 
 from .._checks import check_choice, check_finite, path_of
 from .._errors import InputError, KindError, naming
-from ..frame import Frame, Frames, Stored, check_any
+from ..frame import Frame, Frames, check_any
 from ..polygons import Faces, split_faces
 from ..run import Kept, Run
 from ..sequence import InMemory, are_arrays, as_sequence, refuse_reading
+from ..stored import Stored
 from .format import Format, Gaps, NoFacesError, Template, template_of
 from .masks import MaskedFrames
 from .table import (

@@ -16,9 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._errors import InputError, of_library, require
-from ..frame import FileFrames, Frame, Frames, Indices
+from ..frame import Frame, Frames, Indices
 from ..header import ATTRIBUTES, TEXTURE, Header, Origin, with_all_needed
 from ..polygons import Polygons, as_polygons, reversal, split_polygons, turned
+from ..stored import FileFrames
 from .format import (
     OTHER_MESHES,
     STATED,

@@ -15,9 +15,10 @@ from numpy.typing import NDArray
 
 from .._errors import InputError, naming
 from .._report import listed, some_of
-from ..frame import Frame, Frames, Stored
+from ..frame import Frame, Frames
 from ..header import Header
 from ..polygons import Polygons
+from ..stored import Stored
 from .text import Metadata
 
 Write: TypeAlias = Callable[[Path, Header, Frames], Iterable[str] | None]

@@ -9,9 +9,10 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 
 from .._errors import InputError, naming
-from ..frame import FileFrames, Frame, Frames, Indices
+from ..frame import Frame, Frames, Indices
 from ..header import ATTRIBUTES, Header, Origin
 from ..polygons import Polygons, as_polygons, split_polygons
+from ..stored import FileFrames
 from .format import HOLDS_FACES, OTHER_MESHES, Gaps, Template, find_template
 from .names import find_files, names_to_write, numbers_in
 from .text import Metadata

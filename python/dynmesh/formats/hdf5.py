@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 
 from .._checks import native
 from .._errors import InputError, of_library, require
-from ..frame import FileFrames, Frame, Indices
+from ..frame import Frame, Indices
 from ..header import Header
+from ..stored import FileFrames
 from .format import ARRAYS, STATED, Format
 from .output import NO_LOCKS
 from .rows import arrays_once, header_of, kinds_per_frame, per_frame, rows_of, single

@@ -10,8 +10,9 @@ import numpy as np
 from .._arrays import Mask, mask_in_file
 from .._checks import as_array, path_of
 from .._errors import locating, naming, of_library
-from ..frame import FileFrames, Frame, Indices, Stored
+from ..frame import Frame, Indices
 from ..header import ATTRIBUTES
+from ..stored import FileFrames, Stored
 from .npz import arrays_in
 from .rows import read_header
 

@@ -20,10 +20,11 @@ import numpy as np
 from .._checks import native
 from .._errors import InputError, naming
 from .._report import Report
-from ..frame import FileFrames, Frame, Frames, Indices
+from ..frame import Frame, Frames, Indices
 from ..header import Header
 from ..polygons import as_polygons
 from ..run import Run
+from ..stored import FileFrames
 from .format import STATED, Format, Template, find_template, not_written, template_of
 from .obj import ObjFrames, write_obj
 from .output import destination_of

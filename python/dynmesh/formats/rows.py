@@ -25,9 +25,10 @@ from numpy.typing import NDArray
 
 from .._checks import native
 from .._errors import InputError, naming, of_library
-from ..frame import FileFrames, Frame, Indices
+from ..frame import Frame, Indices
 from ..header import ATTRIBUTES, Header, check_faces, check_needed, check_vertices
 from ..polygons import Polygons
+from ..stored import FileFrames
 from .format import ARRAYS, Format, Template, find_template
 
 per_frame = ("vertices", *ATTRIBUTES)

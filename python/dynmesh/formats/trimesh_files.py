@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 
 from .._errors import InputError, of_library, require
-from ..frame import FileFrames, Frame, Indices
+from ..frame import Frame, Indices
 from ..header import Header
+from ..stored import FileFrames
 from .format import Format
 
 _GLTF = (".glb", ".gltf")

@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 
 from .._errors import InputError
-from ..frame import FileFrames, Frame, Indices, Stored
+from ..frame import Frame, Indices
 from ..header import ATTRIBUTES, TEXTURE, Header, Origin
 from ..polygons import Polygons, as_polygons, split_polygons
+from ..stored import FileFrames, Stored
 from .format import Gaps, choose_mesh, not_read, of_points
 from .usd_mesh import (
     axis_and_unit,
