@@ -1,22 +1,20 @@
-"""Whether a camera file is read as it is meant: every single reading of it is tried on some scans.
+"""How far the scans of cameras agree with one another and with a template.
 
 Cameras that see one subject must agree: where one sees a surface, no other may see through it. A
 template tells what they cannot. If a single camera has another pose, a template may have that pose
 as well, so only one that lies where the points are tells anything of it.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .._arrays import Floats, Positions
 from ..alignment import find_alignment
-from ..scans import DepthScan, ScanCamera
-from ..scans.trajectories import OPENGL
+from ..scans import DepthScan
 from ..topology import mean_edge_of, size_of, vertex_normals
 from ..tracking.background import without_planes
 
@@ -110,54 +108,6 @@ right ones, 10 % were with outliers or a room, and of one turned by 4 degrees ab
 _FEWER, _LESS, _AT_MOST = 0.5, 0.03, 0.4
 """A reading is better if it leaves at most this share of wrong points, this much less of all, and
 at most this share of all, as a part of a room may be left; and worse if it leaves so much more."""
-
-
-def _posed(change: Callable[[Floats], Any], camera: ScanCamera) -> ScanCamera:
-    return replace(camera, camera_to_world=change(camera.camera_to_world))
-
-
-def _scaled(positions: float, depths: float, camera: ScanCamera) -> ScanCamera:
-    pose = camera.camera_to_world * np.array([[1, 1, 1, positions]] * 3 + [[1] * 4])
-    return replace(camera, camera_to_world=pose, depth_scale=depths * (camera.depth_scale or 1.0))
-
-
-def _resized(factor: float, camera: ScanCamera) -> ScanCamera:
-    return replace(camera, intrinsics=np.diag([factor, factor, 1]) @ np.asarray(camera.intrinsics))
-
-
-def _flipped(axes: str, camera: ScanCamera) -> ScanCamera:
-    return replace(camera, flipped="".join(sorted({*camera.flipped} ^ {*axes})))
-
-
-Reading: TypeAlias = Callable[[ScanCamera], ScanCamera]
-
-READINGS: dict[str, Reading] = {
-    "the poses are inverted: they lead from the world to the cameras, as extrinsics do": partial(
-        _posed, np.linalg.inv
-    ),
-    "the cameras have the axes of OpenGL, x right, y up, z back, instead of those of OpenCV": (
-        partial(_posed, lambda pose: pose @ OPENGL)
-    ),
-    "depth_scale is 1000 times too large": partial(_scaled, 1, 1e-3),
-    "depth_scale is 1000 times too small": partial(_scaled, 1, 1e3),
-    "the positions of the cameras are in millimetres and everything else in metres": partial(
-        _scaled, 1e-3, 1
-    ),
-    "positions and depths of the cameras are in millimetres and the template in metres": partial(
-        _scaled, 1e-3, 1e-3
-    ),
-    "positions and depths of the cameras are in metres and the template in millimetres": partial(
-        _scaled, 1e3, 1e3
-    ),
-    "the intrinsics are those of images twice as large": partial(_resized, 0.5),
-    "the intrinsics are those of images half as large": partial(_resized, 2),
-    "depths are distances from the camera along the rays of the pixels, not along the axis": (
-        lambda camera: replace(camera, along_ray=not camera.along_ray)
-    ),
-    "the images are mirrored: left and right are exchanged": partial(_flipped, "x"),
-    "the images are flipped: top and bottom are exchanged": partial(_flipped, "y"),
-}
-"""What may be meant by a camera file, in a sentence, and what makes the camera that is meant."""
 
 
 @dataclass(frozen=True)

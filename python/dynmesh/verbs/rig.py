@@ -13,7 +13,8 @@ from .._checks import path_of
 from .._errors import InputError
 from .._options import Input
 from .._report import Report, steps
-from ..advice.cameras import READINGS, Fit, Surface, fit_of
+from ..advice.cameras import Fit, Surface, fit_of
+from ..advice.readings import READINGS
 from ..advice.rig_page import rig_page
 from ..completion.start import template_of
 from ..formats import PathLike

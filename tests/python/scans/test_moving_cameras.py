@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 
 import dynmesh
 from dynmesh import losses
-from dynmesh.advice.cameras import READINGS
+from dynmesh.advice.readings import READINGS
 from dynmesh.scans import (
     PointScan,
     Rig,

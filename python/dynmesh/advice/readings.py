@@ -1,0 +1,60 @@
+"""What may be meant by a file of cameras that do not fit as they are stated."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from .._arrays import Floats
+from ..scans import ScanCamera
+from ..scans.trajectories import OPENGL
+
+
+def _posed(change: Callable[[Floats], Any], camera: ScanCamera) -> ScanCamera:
+    return replace(camera, camera_to_world=change(camera.camera_to_world))
+
+
+def _scaled(positions: float, depths: float, camera: ScanCamera) -> ScanCamera:
+    pose = camera.camera_to_world * np.array([[1, 1, 1, positions]] * 3 + [[1] * 4])
+    return replace(camera, camera_to_world=pose, depth_scale=depths * (camera.depth_scale or 1.0))
+
+
+def _resized(factor: float, camera: ScanCamera) -> ScanCamera:
+    return replace(camera, intrinsics=np.diag([factor, factor, 1]) @ np.asarray(camera.intrinsics))
+
+
+def _flipped(axes: str, camera: ScanCamera) -> ScanCamera:
+    return replace(camera, flipped="".join(sorted({*camera.flipped} ^ {*axes})))
+
+
+Reading: TypeAlias = Callable[[ScanCamera], ScanCamera]
+
+READINGS: dict[str, Reading] = {
+    "the poses are inverted: they lead from the world to the cameras, as extrinsics do": partial(
+        _posed, np.linalg.inv
+    ),
+    "the cameras have the axes of OpenGL, x right, y up, z back, instead of those of OpenCV": (
+        partial(_posed, lambda pose: pose @ OPENGL)
+    ),
+    "depth_scale is 1000 times too large": partial(_scaled, 1, 1e-3),
+    "depth_scale is 1000 times too small": partial(_scaled, 1, 1e3),
+    "the positions of the cameras are in millimetres and everything else in metres": partial(
+        _scaled, 1e-3, 1
+    ),
+    "positions and depths of the cameras are in millimetres and the template in metres": partial(
+        _scaled, 1e-3, 1e-3
+    ),
+    "positions and depths of the cameras are in metres and the template in millimetres": partial(
+        _scaled, 1e3, 1e3
+    ),
+    "the intrinsics are those of images twice as large": partial(_resized, 0.5),
+    "the intrinsics are those of images half as large": partial(_resized, 2),
+    "depths are distances from the camera along the rays of the pixels, not along the axis": (
+        lambda camera: replace(camera, along_ray=not camera.along_ray)
+    ),
+    "the images are mirrored: left and right are exchanged": partial(_flipped, "x"),
+    "the images are flipped: top and bottom are exchanged": partial(_flipped, "y"),
+}
+"""What may be meant by a camera file, in a sentence, and what makes the camera that is meant."""
