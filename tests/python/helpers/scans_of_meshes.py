@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 from meshes import Array, Mesh, bumpy_torus
-from tracking_reference import vertex_normals
 
 import dynmesh
 
@@ -18,6 +17,14 @@ def person() -> tuple[Mesh, Array]:
     frames = dynmesh.synth.walker(12)
     vertices = frames.vertices.astype(np.float64)
     return Mesh(frames.faces.astype(np.int64), vertices[0]), vertices[1]
+
+
+def vertex_normals(faces: Array, vertices: Array) -> Array:
+    a, b, c = (vertices[faces[:, n]] for n in range(3))
+    normals = np.zeros_like(vertices)
+    for corner in range(3):
+        np.add.at(normals, faces[:, corner], np.cross(b - a, c - a))
+    return np.asarray(normals / np.linalg.norm(normals, axis=1, keepdims=True))
 
 
 def bent(vertices: Array, amount: float) -> Array:

@@ -56,7 +56,6 @@ class Posed(detail_reference.Detail):
     """Method detail with modes, for meshes of which parts are reached by two seeds."""
 
     most_variance = 2.0
-    largest_kept = 9.0
 
     def _begin(self, modes: Array, caution: Array) -> None:
         self.modes = modes  # B
@@ -109,8 +108,7 @@ class Posed(detail_reference.Detail):
             d = np.einsum("i,jic->j", h, self.modes**2)
             precondition = 1 / (d + penalty)
             determined = d / (d + penalty)
-            kept = self.largest_kept
-            expected = np.clip((1 - determined) * self.a, -kept, kept)
+            expected = np.clip((1 - determined) * self.a, -9, 9)
             g = self._project(turned_back(r + r3)) - penalty * (self.a - expected)
             z = precondition * g
             p = z

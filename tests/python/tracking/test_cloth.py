@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 from meshes import Array, Mesh, join, sheet, turned
-from scans_of_meshes import edge, scan_of, torus_scan
-from tracking_reference import vertex_normals
+from scans_of_meshes import edge, scan_of, torus_scan, vertex_normals
 
 from dynmesh import Tracker
 

@@ -7,11 +7,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 from meshes import Array, Mesh
-from scans_of_meshes import edge
+from scans_of_meshes import edge, vertex_normals
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial.transform import Rotation
-from tracking_reference import vertex_normals
 
 import dynmesh
 

@@ -8,41 +8,15 @@ from typing import Any
 import numpy as np
 import pytest
 from meshes import Mesh, bumpy_torus, turned
-from scans_of_meshes import bent, edge, error, person, scan_of
+from scans_of_meshes import bent, edge, error, person, scan_of, vertex_normals
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
-from tracking_reference import Tracked, estimated_normals, vertex_normals
 
 import dynmesh
 from dynmesh import Tracker
 from dynmesh.losses.visibility import visible
 from dynmesh.tracker import Resolution
 from dynmesh.tracking.placing import push_scan
-
-
-@pytest.mark.parametrize(("speed", "frames", "limit"), [(0.1, 3, 0.04), (0.8, 1, 0.09)])
-def test_frames_equal_the_transcription(
-    speed: float, frames: int, limit: float, rng: np.random.Generator
-) -> None:
-    """The transcription solves for each minimum, which the tracker only approaches."""
-    mesh = bumpy_torus(14)
-    tracker = Tracker(mesh.faces, mesh.vertices)
-    expected = Tracked(mesh.faces, mesh.vertices)
-    for n in range(1, frames + 1):
-        truth = bent(mesh.vertices, speed * n) + 0.1 * n
-        points, normals = scan_of(mesh, truth, 900, rng, noise=0.01)
-        kept = points[:, 1] > (-1.0 if n == 2 else -9.0)
-        points, normals = points[kept], normals[kept]
-        if n == 1:  # over a floor, of which points agree with places beside them
-            floor = rng.uniform(truth.min(axis=0), truth.max(axis=0), (300, 3))
-            floor[:, 2] = truth[:, 2].min() - 0.3 * edge(mesh)
-            points = np.concatenate([points, floor])
-            normals = np.concatenate([normals, np.broadcast_to([0.0, 0, 1], floor.shape)])
-        found, observed = expected.track(points, normals)
-        assert np.abs(tracker.push(points, normals) - found).max() < limit * edge(mesh)
-        assert (tracker.observed == observed).mean() > 0.95
-        assert tracker.report.iterations == expected.iterations
-        assert error(mesh, truth, found) < (0.2 if speed < 0.5 else 1)
 
 
 @pytest.mark.parametrize("n", [50, 900, 20_000])
@@ -61,18 +35,6 @@ def test_noise_does_not_accumulate(rng: np.random.Generator) -> None:
     errors = [error(mesh, mesh.vertices, tracker.push(*scan)) for scan in scans]
     assert max(errors) < 0.05
     assert np.mean(errors[20:]) < 1.3 * np.mean(errors[:20])
-
-
-def test_signs_of_estimated_normals_mean_nothing(rng: np.random.Generator) -> None:
-    """Without normals and viewpoints, of the planes through the nearest points."""
-    mesh = bumpy_torus(14)
-    tracker = Tracker(mesh.faces, mesh.vertices)
-    expected = Tracked(mesh.faces, mesh.vertices)
-    points, _ = scan_of(mesh, bent(mesh.vertices, 0.1) + 0.1, 900, rng)
-    normals = estimated_normals(points, edge(mesh))
-    signs = rng.choice([-1.0, 1.0], (len(points), 1))
-    found, _ = expected.track(points, signs * normals, sided=False)
-    assert np.abs(tracker.push(points) - found).max() < 0.04 * edge(mesh)
 
 
 @pytest.mark.parametrize(("spacing", "noise"), [(4, 0.05), (4, 0.2), (8, 0.05)])
