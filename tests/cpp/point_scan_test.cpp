@@ -24,10 +24,13 @@ TEST_CASE("a point of a scan counts for the viewpoint that its normal turns to")
   scan.normals = {{0, 0, 1}, {0.1, 0, -0.99}, {0, 0.1, 0.99}};
   scan.undecided = {0, 0, 1};
   scan.sensors = {{1, 0, 9}, {0, 1, -9}};
+  Workers workers(1);
+  scan.find_sensors(workers);
   CHECK(scan.sensor_of(0) == 0);
   CHECK(scan.sensor_of(1) == 1);
   CHECK(scan.sensor_of(2) == 0);
   scan.normals[2] = {0, 0.1, -0.99};
+  scan.find_sensors(workers);
   CHECK(scan.sensor_of(2) == 1);
 }
 

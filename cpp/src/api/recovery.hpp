@@ -34,12 +34,17 @@ class Recovery {
 
   /// `mesh` and `first_frame` must outlive this object.
   Recovery(Stream& mesh, const SurfaceLevel& surface, const Frame& first_frame, bool is_wanted)
-      : mesh_(mesh), surface_(surface), is_wanted_(is_wanted), first_(first_frame) {
+      : mesh_(mesh),
+        surface_(surface),
+        is_wanted_(is_wanted),
+        first_(first_frame),
+        size_(size_of(first_frame)) {
     for (const Index of : mesh.topology.component) {
       is_sheet_.push_back(surface.materials()[at(of)].is_sheet ? 1 : 0);
     }
     const auto normals = surface.normals_of(first_frame);
-    seen_ = sight_of(bent(first_frame, normals), {}, 0, 0, mesh.workers).seen;
+    const std::vector<std::uint8_t> is_measured(first_frame.size());
+    seen_ = sight_of(bent(first_frame, normals), {}, is_measured, 0, {}, mesh.workers).seen;
   }
 
   /// What is remembered of frame 0.
@@ -60,13 +65,10 @@ class Recovery {
     Measure made =
         measured_beside_growth(found.agreements.all, found.observed, cells, first_, found.x);
     const auto normals = surface_.normals_of(found.x);
-    const BentSurface surface = bent(found.x, normals);
-    const PointQuality quality = quality_of(surface, found.points);
     const double reach = surface_.constants().radius * surface_.mean_edge();
-    const Sight sight = scan.sensors.empty()
-                            ? Sight{seen_, std::vector<std::uint8_t>(seen_.size())}
-                            : sight_of(surface, scan, quality.noise, reach, mesh_.workers);
-    add_evidence(evidence_of(surface, sight, quality, found.points), made);
+    const Evidence evidence =
+        evidence_of(bent(found.x, normals), found.points, {reach, seen_}, mesh_.workers);
+    add_evidence(evidence, made);
     const Field before = last_unlost(memory);
     made.change = change_of(cells, before, found.x).stretch;
     made.parted = parted_share(surface_.ties(), before, found.x, surface_.mean_edge());
@@ -175,8 +177,8 @@ class Recovery {
 
  private:
   [[nodiscard]] BentSurface bent(Field x, Field normals) const {
-    return {mesh_.faces, mesh_.topology,       first_,    x, normals,
-            is_sheet_,   surface_.mean_edge(), size_of(x)};
+    return {mesh_.faces, mesh_.topology,       first_, x, normals,
+            is_sheet_,   surface_.mean_edge(), size_};
   }
   static bool was_lost(const Memory& memory) { return memory.tracking.good_in_a_row == 0; }
   /// Whether it was lost while points lay on it. Without any, it was out of sight, and what comes
@@ -220,6 +222,7 @@ class Recovery {
   std::vector<std::uint8_t> seen_;      // (k,) of frame 0, from all sides
   bool is_wanted_;
   const Frame& first_;
+  double size_;  // of frame 0
 };
 
 }  // namespace dynmesh

@@ -1,8 +1,6 @@
 #include "quality/evidence.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -10,11 +8,9 @@
 
 #include "base/geometry.hpp"
 #include "base/point_tree.hpp"
-#include "base/rigid_motion.hpp"
 #include "base/statistics.hpp"
 #include "quality/limits.hpp"
 #include "surface_fit/constants.hpp"
-#include "surface_fit/view.hpp"
 
 namespace dynmesh {
 namespace {
@@ -27,12 +23,6 @@ constexpr std::size_t fewest_numbers = 50;
 constexpr std::size_t noise_points = 6000;
 constexpr std::size_t noise_row = 300;
 
-/// A surface that is turned away farther is seen so flatly that sensors may miss it.
-constexpr double least_facing = 0.35;
-/// Neighbours on a slope do not hide each other.
-constexpr double slope_depth = 1.5;  // mean edges
-/// Fewer points around a line of sight tell nothing of it.
-constexpr int fewest_on_line = 3;
 /// To so many of the other points at most, the distance is measured.
 constexpr std::size_t most_distances = 32;
 
@@ -41,68 +31,6 @@ double reach_of(double noise, double mean_edge) {
   const double counted = noise < quality_limits.most_noise * mean_edge ? noise : 0;
   return std::max(quality_limits.near_edges * mean_edge, quality_limits.near_noise * counted);
 }
-
-/// What a sensor measured, in cells of the image of a surface and a cell around it.
-class MeasuredDepths {
- public:
-  MeasuredDepths(const View& view, const PointScan& scan, std::span<const std::uint32_t> numbers)
-      : view_(view) {
-    std::vector<View::Place> places;
-    const auto across = static_cast<double>(view.width());
-    const auto down = static_cast<double>(view.height());
-    for (const std::uint32_t i : numbers) {
-      const View::Place place = view.place_of(scan.points[i]);
-      const bool is_within =
-          place[2] > 0 && place[0] >= 0 && place[0] < across && place[1] >= 0 && place[1] < down;
-      if (is_within) places.push_back(place);
-    }
-    // As large as an edge at least, and as the distances between points.
-    const double spacing =
-        std::sqrt(across * down / std::max(1.0, static_cast<double>(places.size())));
-    cell_ = std::max(2.0, spacing);
-    columns_ = static_cast<std::ptrdiff_t>(across / cell_) + 3;
-    cells_.resize(
-        static_cast<std::size_t>(columns_ * (static_cast<std::ptrdiff_t>(down / cell_) + 3)));
-    for (const View::Place& place : places) {
-      Cell& cell = cells_[number_of(place)];
-      cell.nearest = std::min(cell.nearest, place[2]);
-      ++cell.points;
-    }
-  }
-
-  struct Cell {
-    double nearest = std::numeric_limits<double>::infinity();
-    int points = 0;
-  };
-
-  /// The points in the cells around a place of the image.
-  [[nodiscard]] Cell around(const View::Place& place) const {
-    Cell found;
-    const auto middle = static_cast<std::ptrdiff_t>(number_of(place));
-    for (std::ptrdiff_t row = -1; row <= 1; ++row) {
-      for (std::ptrdiff_t column = -1; column <= 1; ++column) {
-        const Cell& cell = cells_[static_cast<std::size_t>(middle + row * columns_ + column)];
-        found.nearest = std::min(found.nearest, cell.nearest);
-        found.points += cell.points;
-      }
-    }
-    return found;
-  }
-  /// The width of a cell in pixels.
-  [[nodiscard]] double cell() const { return cell_; }
-
- private:
-  [[nodiscard]] std::size_t number_of(const View::Place& place) const {
-    const auto row = static_cast<std::ptrdiff_t>(place[1] / cell_) + 1;
-    const auto column = static_cast<std::ptrdiff_t>(place[0] / cell_) + 1;
-    return static_cast<std::size_t>(row * columns_ + column);
-  }
-
-  const View& view_;
-  double cell_ = 1;
-  std::ptrdiff_t columns_ = 0;
-  std::vector<Cell> cells_;
-};
 
 /// (k,) 1 for vertices that are at most so far along edges from one that is marked.
 void spread_along_edges(const BentSurface& surface, double distance,
@@ -135,25 +63,28 @@ double deviation_of(std::vector<double> numbers) {
   return quantile(std::move(numbers), 0.5) / median_deviation;
 }
 
-/// How points lie above the surface, each compared with the mean of those at the same vertex.
-std::vector<double> compared_at_vertices(std::span<const double> heights,
-                                         const MatchedPoints& points, std::size_t n_vertices) {
-  std::vector<double> sums(n_vertices);
-  std::vector<double> numbers(n_vertices);
-  const auto for_each_height = [&](const auto& visit) {
-    for (std::size_t i = 0; i < heights.size(); ++i) {
-      if (std::isfinite(heights[i])) visit(points.places[i].nearest_corner(), heights[i]);
-    }
+/// How a point lies above the surface, and the vertex that is nearest to it there.
+struct Height {
+  std::uint32_t vertex;
+  double height;
+};
+
+/// Heights, each compared with the mean of those at the same vertex.
+std::vector<double> compared_at_vertices(std::span<const Height> heights, std::size_t n_vertices) {
+  struct Sum {
+    double heights = 0;
+    double n = 0;
   };
-  for_each_height([&](std::uint32_t v, double height) {
-    sums[v] += height;
-    numbers[v] += 1;
-  });
+  std::vector<Sum> sums(n_vertices);
+  for (const auto& [v, height] : heights) {
+    sums[v].heights += height;
+    sums[v].n += 1;
+  }
   std::vector<double> departures;
-  for_each_height([&](std::uint32_t v, double height) {
-    const double n = numbers[v];
-    if (n > 1) departures.push_back((height - sums[v] / n) * std::sqrt(n / (n - 1)));
-  });
+  for (const auto& [v, height] : heights) {
+    const double n = sums[v].n;
+    if (n > 1) departures.push_back((height - sums[v].heights / n) * std::sqrt(n / (n - 1)));
+  }
   return departures;
 }
 
@@ -161,102 +92,41 @@ std::vector<double> compared_at_vertices(std::span<const double> heights,
 
 PointQuality quality_of(const BentSurface& surface, const MatchedPoints& points) {
   constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
-  // Some stretches of the curve along which the points follow each other are enough.
-  const std::size_t every = 1 + points.places.size() / noise_points;
-  const auto is_left_out = [&](std::size_t i) { return i / noise_row % every != 0; };
-  std::vector<double> heights(points.places.size(), nothing);
-  for (std::size_t i = 0; i < heights.size(); ++i) {
-    if (is_left_out(i)) continue;
-    const Place& place = points.places[i];
-    if (!place.any()) continue;
-    const auto arm = points.points[i].position - place.on(surface.x);
-    heights[i] = dot(arm, unit_of(place.on(surface.normals)));
-  }
-  // Points that follow each other are neighbours. Dense ones have a part of their
-  // noise in common then, and are compared at vertices; sparse ones are alone there.
+  const std::size_t n_points = points.places.size();
   const double squared_near = std::pow(2 * surface.mean_edge, 2);
+  std::vector<Height> heights;
   std::vector<double> steps;
   double n = 0;
   double agreeing = 0;
-  for (std::size_t i = 1; i < heights.size(); ++i) {
-    if (is_left_out(i) || is_left_out(i - 1)) continue;
-    const auto& [position, normal, is_undecided] = points.points[i];
-    const auto& before = points.points[i - 1];
-    if (squared_norm(position - before.position) > squared_near) continue;
-    const double step = (heights[i] - heights[i - 1]) / std::sqrt(2.0);
-    if (std::isfinite(step)) steps.push_back(step);
-    if (squared_norm(normal) == 0 || squared_norm(before.normal) == 0) continue;
-    n += 1;
-    agreeing += std::abs(dot(normal, before.normal)) > TrackingConstants{}.agreement ? 1 : 0;
+  // Some stretches of the curve along which the points follow each other are enough.
+  const std::size_t every = 1 + n_points / noise_points;
+  for (std::size_t first = 0; first < n_points; first += every * noise_row) {
+    double last = nothing;
+    for (std::size_t i = first; i < std::min(n_points, first + noise_row); ++i) {
+      const Place& place = points.places[i];
+      const auto& [position, normal, is_undecided] = points.points[i];
+      double height = nothing;
+      if (place.any()) {
+        height = dot(position - place.on(surface.x), unit_of(place.on(surface.normals)));
+        heights.push_back({place.nearest_corner(), height});
+      }
+      const double step = (height - std::exchange(last, height)) / std::sqrt(2.0);
+      if (i == first) continue;
+      // Points that follow each other are neighbours. Dense ones have a part of their
+      // noise in common then, and are compared at vertices; sparse ones are alone there.
+      const auto& before = points.points[i - 1];
+      if (squared_norm(position - before.position) > squared_near) continue;
+      if (std::isfinite(step)) steps.push_back(step);
+      if (squared_norm(normal) == 0 || squared_norm(before.normal) == 0) continue;
+      n += 1;
+      agreeing += std::abs(dot(normal, before.normal)) > TrackingConstants{}.agreement ? 1 : 0;
+    }
   }
   PointQuality found;
-  auto departures = compared_at_vertices(heights, points, surface.x.size());
+  auto departures = compared_at_vertices(heights, surface.x.size());
   found.noise = deviation_of(std::move(departures.size() < fewest_numbers ? steps : departures));
   found.has_normals = agreeing > quality_limits.agreeing_neighbours * n;
   return found;
-}
-
-Sight sight_of(const BentSurface& surface, const PointScan& scan, double noise, double near,
-               Workers& workers) {
-  const std::size_t k = surface.x.size();
-  Eigen::AlignedBox3d box;
-  for (const Vector3& position : surface.x) box.extend(to_eigen(position));
-  const std::vector<Viewpoint> from = drawn_from(scan.sensors, box);
-  std::vector<std::vector<std::uint32_t>> numbers(scan.sensors.size());
-  for (std::size_t i = 0; !scan.sensors.empty() && i < scan.size(); ++i) {
-    numbers[scan.sensor_of(i)].push_back(static_cast<std::uint32_t>(i));
-  }
-  constexpr std::uint8_t sees_it = 1;
-  constexpr std::uint8_t sees_through = 2;
-  std::vector<std::vector<std::uint8_t>> views(from.size());
-  const auto draw = [&](std::size_t s) {
-    auto& seen = views[s];
-    seen.resize(k);
-    const auto& [sensor, number] = from[s];
-    if (box.contains(sensor)) {
-      for (std::size_t v = 0; v < k; ++v) {
-        const auto towards = from_eigen(sensor) - surface.x[v];
-        if (surface.is_sheet[v] != 0 || dot(surface.normals[v], towards) > 0) seen[v] = sees_it;
-      }
-      return;
-    }
-    // Cosines. What faces away is not drawn: it hides nothing that its front does not hide.
-    std::vector<double> facing(k);
-    for (std::size_t v = 0; v < k; ++v) {
-      facing[v] = dot(surface.normals[v], unit_of(from_eigen(sensor) - surface.x[v]));
-      if (surface.is_sheet[v] != 0) facing[v] = std::abs(facing[v]);
-    }
-    std::vector<Triangle> drawn;
-    for (const Triangle& face : surface.faces) {
-      if (std::ranges::any_of(face, [&](Index v) { return facing[at(v)] > 0; })) {
-        drawn.push_back(face);
-      }
-    }
-    const View view(drawn, {}, surface.x, sensor, box, surface.mean_edge);
-    const std::span<const std::uint32_t> none_measured;
-    const MeasuredDepths depths(view, scan, scan.sensors.empty() ? none_measured : numbers[number]);
-    for (std::size_t v = 0; v < k; ++v) {
-      if (!(facing[v] > least_facing)) continue;
-      if (view.covers(v, slope_depth * surface.mean_edge)) continue;
-      const View::Place& place = view.place_of(v);
-      const auto [nearest, n] = depths.around(place);
-      if (n > 0 && nearest < place[2] - near) continue;  // something else is before it
-      seen[v] = sees_it;
-      // Two cells aside, a surface that is seen flatly may lie so much farther.
-      const double slope = 2 * depths.cell() * view.pixel_width() * place[2] / least_facing;
-      const double behind = std::max(slope, quality_limits.near_noise * noise);
-      if (n >= fewest_on_line && nearest > place[2] + behind) seen[v] |= sees_through;
-    }
-  };
-  workers.for_each_in_chunks(from.size(), draw, static_cast<Index>(k));
-  Sight sight{std::vector<std::uint8_t>(k), std::vector<std::uint8_t>(k)};
-  for (std::size_t v = 0; v < k; ++v) {
-    std::uint8_t any = 0;
-    for (const auto& view : views) any |= view[v];
-    sight.seen[v] = any != 0 ? 1 : 0;
-    sight.seen_through[v] = (any & sees_through) != 0 ? 1 : 0;
-  }
-  return sight;
 }
 
 namespace {
@@ -286,15 +156,14 @@ void explain_by_other_layers(const BentSurface& surface, const Sight& sight,
 
 }  // namespace
 
-Evidence evidence_of(const BentSurface& surface, const Sight& sight, const PointQuality& quality,
-                     const MatchedPoints& points) {
+Evidence evidence_of(const BentSurface& surface, const MatchedPoints& points,
+                     const SightSettings& settings, Workers& workers) {
   Evidence found;
-  found.points = quality;
+  const PointQuality quality = found.points = quality_of(surface, points);
   const double reach = reach_of(quality.noise, surface.mean_edge);
   std::vector<std::uint8_t> is_explained(surface.x.size());
   std::vector<Vector3> others;
   double near = 0;
-  double flat = 0;  // of these, those where sensors see the surface too flatly, or not at all
   double wrong = 0;
   for (std::size_t i = 0; i < points.places.size(); ++i) {
     const Place& place = points.places[i];
@@ -310,7 +179,6 @@ Evidence evidence_of(const BentSurface& surface, const Sight& sight, const Point
       wrong += has_side && dot(normal, place.on(surface.normals)) < 0 ? 1 : 0;
       continue;
     }
-    flat += sight.seen[place.nearest_corner()] == 0 ? 1 : 0;
     for (std::size_t s = 0; s < 3; ++s) {
       if (place.shares[s] > 0) is_explained[place.corners[s]] = 1;
     }
@@ -320,19 +188,16 @@ Evidence evidence_of(const BentSurface& surface, const Sight& sight, const Point
   found.others_distance = distance_to(surface, others);
   if (near > 0) found.wrong_side = wrong / near;
 
-  auto areas = areas_of(surface.faces, surface.x);
+  const Sight sight =
+      sight_of(surface, *points.scan, is_explained, quality.noise, settings, workers);
+  const auto areas = areas_of(surface.faces, surface.x);
   double all = 0;
   double seen = 0;
   for (std::size_t v = 0; v < areas.size(); ++v) {
     all += areas[v];
     seen += sight.seen[v] != 0 ? areas[v] : 0;
   }
-  if (!(seen > 0) || 2 * flat > near) {
-    // Most of it is too flat to the sensors to tell what is missing, but points tell where it is.
-    const double own = n - static_cast<double>(others.size());
-    if (own > 0) found.explained = near / own;
-    return found;
-  }
+  if (!(seen > 0)) return found;
   const double spacing = std::sqrt(seen / std::max(near, 1.0));
   // A few points are not everywhere on a surface, however sparse they are.
   spread_along_edges(surface, std::min(quality_limits.hole_spacings * spacing, 0.15 * surface.size),

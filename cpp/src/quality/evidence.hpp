@@ -1,13 +1,8 @@
 /// What speaks for a surface in a scan, and what against it.
 #pragma once
 
-#include <cstdint>
-#include <dynmesh/types.hpp>
-#include <vector>
-
-#include "base/workers.hpp"
 #include "quality/coverage.hpp"
-#include "surface_fit/point_scan.hpp"
+#include "quality/sight.hpp"
 #include "surface_fit/surface_matcher.hpp"
 
 namespace dynmesh {
@@ -25,28 +20,11 @@ struct PointQuality {
 
 PointQuality quality_of(const BentSurface& surface, const MatchedPoints& points);
 
-/// What sensors should see of a surface, and where they saw through it; (k,) each, 1 for such
-/// vertices.
-struct Sight {
-  std::vector<std::uint8_t> seen;
-  std::vector<std::uint8_t> seen_through;
-};
-
-/// Draws the surface as each sensor sees it. A vertex is seen that faces a sensor while neither the
-/// surface itself nor anything else lies before it; what is less than `near` before it belongs to
-/// it. It is seen through if all that was measured around the line of sight lies behind it, by more
-/// than the noise. Without sensors, nothing is seen through, and the surface is seen from far away
-/// on all sides.
-Sight sight_of(const BentSurface& surface, const PointScan& scan, double noise, double near,
-               Workers& workers);
-
 /// Shares are of areas of the bent surface unless they are of points.
 struct Evidence {
-  double seen = 0;  ///< of the surface, what should be seen of it
-  /// Of this, what has a point within the noise; if most points on the surface lie elsewhere, where
-  /// sensors see it too flatly, of the points that are not of other things, those on it.
-  double explained = 0;
-  double hole = 0;  ///< of the surface, the largest connected piece that is not explained
+  double seen = 0;       ///< of the surface, what should be seen of it
+  double explained = 0;  ///< of this, what has a point within the noise
+  double hole = 0;       ///< of the surface, the largest connected piece that is not explained
   /// Of what should be seen, what lies before measured points, on the same line of sight, and has
   /// none itself.
   double seen_through = 0;
@@ -59,7 +37,7 @@ struct Evidence {
 };
 
 /// `points` have their nearest places on the surface, after `update_distances`.
-Evidence evidence_of(const BentSurface& surface, const Sight& sight, const PointQuality& quality,
-                     const MatchedPoints& points);
+Evidence evidence_of(const BentSurface& surface, const MatchedPoints& points,
+                     const SightSettings& settings, Workers& workers);
 
 }  // namespace dynmesh

@@ -353,18 +353,13 @@ PoseSearch::Trial PoseSearch::compared(Trial trial, const FittedSurface& found) 
 Fit PoseSearch::fit_of(const BentSurface& surface, const FittedSurface& found,
                        bool draws_all_sides) const {
   const PointScan& scan = *found.points.scan;
-  const std::size_t k = surface.x.size();
-  const PointQuality points = quality_of(surface, found.points);
-  const bool is_drawn = draws_all_sides || !scan.sensors.empty();
+  const std::vector<std::uint8_t> all(draws_all_sides ? 0 : surface.x.size(), 1);
   // The inside of a face or of clothes is not measured: something else is there.
-  BentSurface outside = surface;
-  const std::vector<std::uint8_t> no_vertices(k);
-  outside.is_sheet = no_vertices;
-  const double near = fine_.constants().radius * surface.mean_edge;
-  const Sight sight = is_drawn ? sight_of(outside, scan, points.noise, near, workers_)
-                               : Sight{std::vector<std::uint8_t>(k, 1), no_vertices};
+  const SightSettings settings = {.near = fine_.constants().radius * surface.mean_edge,
+                                  .without_sensors = all,
+                                  .shows_insides = false};
   const Agreement& agreement = found.agreements.all;
-  return {evidence_of(surface, sight, points, found.points),
+  return {evidence_of(surface, found.points, settings, workers_),
           scan.sensors.empty() ? 0 : constants_.unseen,
           agreement.points > 0 ? agreement.far_share + agreement.disagreeing : 1,
           mean_stretch(surface.topology.cells, surface.first_frame, surface.x)};

@@ -146,18 +146,19 @@ void PointScan::set_normal(std::size_t i, const Vector3& normal) {
   if (most <= 0) normals[i] = -1.0 * normal;
 }
 
-std::size_t PointScan::sensor_of(std::size_t i) const {
-  if (!sensor_numbers.empty()) return sensor_numbers[i];
-  std::size_t found = 0;
-  double most = -1;
-  for (std::size_t s = 0; sensors.size() > 1 && s < sensors.size(); ++s) {
-    const double cosine = cosine_to(sensors[s], i);
-    const double turned = is_undecided(i) ? std::abs(cosine) : cosine;
-    if (!(turned > most)) continue;
-    most = turned;
-    found = s;
-  }
-  return found;
+void PointScan::find_sensors(Workers& workers) {
+  if (sensors.size() < 2) return;
+  sensor_numbers.assign(size(), 0);
+  workers.for_each_in_chunks(size(), [&](std::size_t i) {
+    double most = -1;
+    for (std::size_t s = 0; s < sensors.size(); ++s) {
+      const double cosine = cosine_to(sensors[s], i);
+      const double turned = is_undecided(i) ? std::abs(cosine) : cosine;
+      if (!(turned > most)) continue;
+      most = turned;
+      sensor_numbers[i] = static_cast<std::uint32_t>(s);
+    }
+  });
 }
 
 double PointScan::squared_spacing(std::size_t i) const {

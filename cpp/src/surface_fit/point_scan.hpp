@@ -36,13 +36,17 @@ class PointScan {
   /// plane lies between two of them, the direction stays undecided: the normal then agrees with its
   /// opposite as well. Points at the same position count once. Points on a line have no normal.
   void estimate_normals(double radius, Workers& workers);
+  /// Finds which of several sensors measured each point: the one that its normal turns to most.
+  void find_sensors(Workers& workers);
 
   [[nodiscard]] std::size_t size() const { return points.size(); }
   [[nodiscard]] bool is_undecided(std::size_t i) const {
     return !undecided.empty() && undecided[i] != 0;
   }
-  /// Which sensor measured a point; if that is not known, the one that its normal turns to most.
-  [[nodiscard]] std::size_t sensor_of(std::size_t i) const;
+  /// Which sensor measured a point; of a single one, or if that is not known, the first one.
+  [[nodiscard]] std::size_t sensor_of(std::size_t i) const {
+    return sensor_numbers.empty() ? 0 : sensor_numbers[i];
+  }
   /// The squared distance from a point to the fourth nearest of the others; infinite if there are
   /// fewer.
   [[nodiscard]] double squared_spacing(std::size_t i) const;

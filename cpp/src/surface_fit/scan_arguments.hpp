@@ -60,6 +60,7 @@ PointScan point_scan_of(const Scan<Real>& scan, double mean_edge, Workers& worke
   measured.sensors = checked_rows("viewpoints", scan.viewpoints);
   measured.colours = checked_rows("colours", scan.colours);
   if (!has_normals) measured.estimate_normals(mean_edge, workers);
+  measured.find_sensors(workers);
   return measured;
 }
 
