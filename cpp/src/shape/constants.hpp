@@ -154,6 +154,17 @@ inline constexpr struct IncrementConstants {
   double reduced = 1e-5;
 } increment_constants;
 
+/// The constants of what goes on into holes.
+inline constexpr struct ContinuationConstants {
+  /// What is left of a difference from ring to ring. Farther in, the solution continues differences
+  /// by itself, as smoothly as it can.
+  double kept_per_ring = 0.6;
+  /// The largest share of a difference that is added, from this correlation of neighbouring rows
+  /// on.
+  double alike = 0.3;
+  double largest_share = 0.4;
+} continuation_constants;
+
 /// Another value may be better on a single sequence.
 inline constexpr struct DetailConstants {
   /// <r1, r1> is multiplied by this. If the anchors hardly constrain b, the shape of the last frame
@@ -175,6 +186,11 @@ inline constexpr struct DetailConstants {
   /// The weight of the newest change of m in u. Part of an observed change is the error of earlier
   /// frames, which averaging over later frames removes.
   double newest = 0.3;
+  /// The same of a row in a hole, whose change is only what was expected of it, and of one that was
+  /// in a hole in the last frame, which changed since it was seen. A row is in a hole if nothing of
+  /// its one-ring is known.
+  double newest_in_holes = 0.4;
+  double newest_after_holes = 0.2;
 
   /// The lower bound of the area of a vertex, in mean vertex areas.
   double least_area = 0.2;

@@ -6,10 +6,20 @@
 
 #include "base/geometry.hpp"
 #include "shape/constants.hpp"
+#include "shape/continuation.hpp"
 #include "shape/turn_errors.hpp"
 
 namespace dynmesh {
 namespace {
+
+/// Of the change of the shape of a vertex in u, by its generations in the last frame and this one.
+double weight_of_newest(Index before, Index now) {
+  const auto is_in_hole = [](Index generation) {
+    return generation == Generations::disconnected || generation > 1;
+  };
+  if (is_in_hole(now)) return detail_constants.newest_in_holes;
+  return is_in_hole(before) ? detail_constants.newest_after_holes : detail_constants.newest;
+}
 
 /// Adds the duration of its scope to `seconds`.
 class Stopwatch {
@@ -143,9 +153,12 @@ std::size_t Detail::solve(const Memory& memory, Anchors& anchors, ShapeFactor& f
     kx[v] = kx[v] + blend.of(steps.k_steps[v]);
   });
 
-  // Step 4: Q of that X, and the X that minimises (12).
+  // Step 4: Q of that X, and what known rows show of the shape goes on into holes. Step 5: the X
+  // that minimises (12).
   fit_rotations(x, next, stages);
-  const LentField shape = turned(next.q, shape_of(memory, added, b, blend.c));
+  LentField shape = shape_of(memory, added, b, blend.c);
+  continue_seen(next, kx, shape);
+  dynmesh::turn(next.q, shape, shape, workers_);
   x = moved_to(shape, x, kx, factor);
 
   // "Noise and outliers", "Standard errors".
@@ -258,6 +271,13 @@ LentField Detail::shape_of(const Memory& memory, const AddedShape& added, std::s
   return shape;
 }
 
+/// What known rows show of the shape goes on into holes.
+void Detail::continue_seen(const Memory& next, Field kx, std::span<Vector3> shape) {
+  LentField seen = fields_.lend();
+  turn_back(next.q, kx, seen, workers_);
+  continue_into_holes(model_.topology.cells, next.generations, seen, shape);
+}
+
 /// Computes lambda for the next frame from the error of the shape per coordinate, sigma_L^2 = (E +
 /// lambda |q|^2) / (3 anchors), where E is the energy and q the displacement of the anchors from
 /// their observed positions.
@@ -290,8 +310,9 @@ void Detail::remember(const Memory& memory, Memory& next, StageReport& report) {
     const auto newest = next.m[v] - memory.m[v];
     // A jump by a mean edge length or more is considered an error, and u is reset.
     const bool is_jump = !(squared_norm(newest) < model_.mean_edge * model_.mean_edge);
-    const auto mean =
-        (1 - detail_constants.newest) * memory.completion.u[v] + detail_constants.newest * newest;
+    const double weight =
+        weight_of_newest(memory.generations.of_vertices()[v], next.generations.of_vertices()[v]);
+    const auto mean = (1 - weight) * memory.completion.u[v] + weight * newest;
     next.completion.u[v] = is_jump ? Vector3{} : mean;
   });
 }

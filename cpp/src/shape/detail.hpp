@@ -85,6 +85,7 @@ class Detail {
   void add_modes(const AddedShape& added, Steps& to) const;
   LentField shape_of(const Memory& memory, const AddedShape& added, std::span<const double> b,
                      double c);
+  void continue_seen(const Memory& next, Field kx, std::span<Vector3> shape);
   [[nodiscard]] ShapeTerms terms(const Memory& memory, std::size_t v) const {
     return {memory.m[v], model_.first_shape[v] - memory.m[v], memory.completion.u[v]};
   }

@@ -46,8 +46,9 @@ def test_frames_equal_the_transcription(
         if shape == "beyond the training":
             known &= mesh.vertices[:, 0] < 10  # and vertices far from all anchors
         completed = completer.push(points, known)
-        # The modes are stored in single precision, and their rounding errors add up.
-        tolerance = (1e-6 if n < 4 else 1e-5) * expected.h
+        # The modes are stored in single precision, and their rounding errors grow from frame to
+        # frame far from all anchors.
+        tolerance = (1e-6 if n < 4 else 3e-5) * expected.h
         np.testing.assert_allclose(
             completed, expected.complete(points, known), rtol=0, atol=tolerance
         )

@@ -93,6 +93,7 @@ class Detail:
         self.memory = self.first_memory
         self.change = np.zeros_like(self.memory)
         self.previous = first_frame
+        self.in_hole = np.zeros(self.k, dtype=bool)  # in the last frame
         self.blend = 0.0
         self.continued = 0.0  # c
         self.first_order = Shares(self.label, order_of(self.edges, first_frame))
@@ -168,7 +169,11 @@ class Detail:
         self.memory = np.einsum("nji,nj->ni", self.q, self.operator @ x) / size
         change = self.memory - last
         is_jump = np.linalg.norm(change, axis=1) >= self.h
-        self.change = np.where(is_jump[:, None], 0, 0.7 * self.change + 0.3 * change)
+        in_hole = self._rings(known) > 1
+        newest = np.where(in_hole, 0.4, np.where(self.in_hole, 0.2, 0.3))[:, None]
+        self.in_hole = in_hole
+        mean = (1 - newest) * self.change + newest * change
+        self.change = np.where(is_jump[:, None], 0, mean)
         self.previous = x
         return x
 
@@ -264,7 +269,9 @@ class Detail:
         own = of_cluster[self.clusters][:, None]
         blend = (own + sum_to(i, own[j], self.k)) / (1 + np.bincount(i, minlength=self.k))[:, None]
         self._fit(x)
-        target = self._turn(detail[0] + blend * detail[1] + change * detail[2])
+        shape = detail[0] + blend * detail[1] + change * detail[2]
+        found = np.einsum("nji,nj->ni", self.q, self.operator @ x)
+        target = self._turn(shape + self._continued(found - shape, known))
         x = self._closest(target, anchors, known, seen)
         self.shape = target
         if self.noise is not None:
@@ -274,6 +281,27 @@ class Detail:
             weight = energy / (3 * known.sum() * self.noise**2)
             self.weight = (self.weight + np.clip(weight, 0.1, 1e3)) / 2
         return x
+
+    def _continued(self, differences: Array, known: NDArray[np.bool_]) -> Array:
+        """Returns what is added to the shape in holes, from the differences of known rows."""
+        i, j = self.edges
+        whole = known & (np.bincount(i, ~known[j], minlength=self.k) == 0)
+        level = np.where(whole, 0, 1 + self._rings(known))
+        differences = np.where(whole[:, None], differences, 0)
+        common, total = 0.0, 0.0
+        for v in np.nonzero(level == 1)[0]:
+            rows = differences[[n for n in j[i == v] if whole[n]]]
+            if len(rows) > 1:
+                pairs = (rows.sum(axis=0) ** 2).sum() - (rows**2).sum()
+                common += pairs / (len(rows) - 1)
+                total += (rows**2).sum()
+        for own in range(1, level.max() + 1):
+            for v in np.nonzero(level == own)[0]:
+                nearer = [n for n in j[i == v] if (whole[n] if own == 1 else level[n] < own)]
+                if nearer:
+                    differences[v] = 0.6 * differences[nearer].mean(axis=0)
+        share = 0.4 * np.clip(common / total / 0.3, 0, 1) if total > 0 else 0.0
+        return np.asarray(np.where(whole[:, None], 0, share * differences))
 
     def _take_first_order(
         self,
