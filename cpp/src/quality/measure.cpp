@@ -21,12 +21,6 @@ constexpr double told_share = 0.005;  // less is not worth a word
 /// Whether the median edge became so many times as long or as short.
 bool is_beyond(double growth, double times) { return !(growth > 1 / times && growth < times); }
 
-/// Of the vertices that are observed.
-double seen_share(std::span<const std::uint8_t> observed) {
-  return static_cast<double>(std::ranges::count(observed, 1)) /
-         static_cast<double>(observed.size());
-}
-
 }  // namespace
 
 Change change_of(const Cells& cells, Field before, Field after) {
@@ -64,29 +58,15 @@ double parted_share(std::span<const Tie> ties, Field before, Field after, double
   return all > 0 ? parted / all : 0;
 }
 
-double growth_of(const Cells& cells, Field before, Field after) {
-  return change_of(cells, before, after).growth;
-}
-
 Measure measured(const Agreement& agreement, std::span<const std::uint8_t> observed,
                  const Cells& cells, Field first_frame, Field x) {
-  Measure found;
-  found.agreement = agreement;
-  found.unexplained = agreement.far_share;
-  found.stretch = mean_stretch(cells, first_frame, x);
-  found.growth = growth_of(cells, first_frame, x);
-  found.seen = seen_share(observed);
-  return found;
-}
-
-Measure measured_beside_growth(const Agreement& agreement, std::span<const std::uint8_t> observed,
-                               const Cells& cells, Field first_frame, Field x) {
   Measure found;
   found.agreement = agreement;
   const Change change = change_of(cells, first_frame, x);
   found.stretch = change.stretch;
   found.growth = change.growth;
-  found.seen = seen_share(observed);
+  found.seen =
+      static_cast<double>(std::ranges::count(observed, 1)) / static_cast<double>(observed.size());
   return found;
 }
 

@@ -24,17 +24,11 @@ Change change_of(const Cells& cells, Field before, Field after);
 /// Of the places where components touch, by the weights of their ties, the share that came apart,
 /// or together, by more than three mean edges. 0 without any.
 double parted_share(std::span<const Tie> ties, Field before, Field after, double mean_edge);
-/// The growth alone.
-double growth_of(const Cells& cells, Field before, Field after);
 
 /// How the points and the edges agree with a surface X (k,), of which some vertices are observed.
-/// Only far points count as unexplained, hole and overlap are 0, and the quality is not judged.
+/// Nothing is unexplained, and the quality is not judged.
 Measure measured(const Agreement& agreement, std::span<const std::uint8_t> observed,
                  const Cells& cells, Field first_frame, Field x);
-
-/// The same of a tracked frame, whose stretch is beside the growth. No points are unexplained.
-Measure measured_beside_growth(const Agreement& agreement, std::span<const std::uint8_t> observed,
-                               const Cells& cells, Field first_frame, Field x);
 
 /// Adds what speaks for the mesh and against it.
 void add_evidence(const Evidence& evidence, Measure& measure);

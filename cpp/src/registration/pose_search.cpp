@@ -184,7 +184,7 @@ PoseSearch::Found PoseSearch::finish(const Wanted& wanted, const Trial& trial, F
 double PoseSearch::growth(const PointScan& scan, const Targets& targets) {
   const Wanted given = wanted(scan, targets);
   const Trial trial = trials_of(by_points(given, targets), given).front();
-  return growth_of(mesh_.topology().cells, mesh_.first_frame(), trial.x);
+  return change_of(mesh_.topology().cells, mesh_.first_frame(), trial.x).growth;
 }
 
 /// Tells the landmarks of parts without points from the others.
@@ -444,6 +444,7 @@ void PoseSearch::judge(const Wanted& wanted, const FittedSurface& found, Pose& p
   pose.fit = fit_of(surface, found, true);
   pose.measure =
       measured(found.agreements.all, pose.observed, topology_.cells, template_.frame, pose.x);
+  pose.measure.stretch = pose.fit.stretch;
   add_evidence(pose.fit.evidence, pose.measure);
   pose.measure.unexplained =
       unexplained_beside(found.points, is_border_, pose.fit.evidence.points.noise);
