@@ -57,7 +57,8 @@ class MeshInScan(Agreement):
     Attributes:
         explained: of the template's surface that sensors should see, since it is measured, or faces
             one of them while nothing lies before it, the share that has a point within the noise of
-            the points. Without sensors, it should be seen from all sides.
+            the points. Without sensors, it should be seen from all sides. If most points on it lie
+            where it is too flat to the sensors, the share of the points that lie on it.
         contradicted: the share of this surface that a sensor saw through, since it measured what
             lies behind, and the share of the points on the mesh that face the other way.
         stretch: by which share of their length the edges have changed, on average, beside their

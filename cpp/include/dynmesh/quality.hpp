@@ -61,7 +61,8 @@ struct DYNMESH_EXPORT Measure {
   /// How many times as long as those of the template the edges are, by their median.
   double growth = 1;
   /// Of the template's surface that sensors should see, since it is measured, or faces one of them
-  /// while nothing lies before it, the share that has a point within the noise of the points.
+  /// while nothing lies before it, the share that has a point within the noise of the points. If
+  /// most points on it lie where it is too flat to the sensors, the share of the points on it.
   double explained = 1;
   /// What speaks against the mesh: the share of this surface that a sensor saw through, since it
   /// measured what lies behind, and the share of the points on the mesh that face the other way.

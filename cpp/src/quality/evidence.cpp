@@ -164,6 +164,7 @@ Evidence evidence_of(const BentSurface& surface, const MatchedPoints& points,
   std::vector<std::uint8_t> is_explained(surface.x.size());
   std::vector<Vector3> others;
   double near = 0;
+  std::vector<double> at_vertices(surface.x.size());  // how many of these
   double wrong = 0;
   for (std::size_t i = 0; i < points.places.size(); ++i) {
     const Place& place = points.places[i];
@@ -179,6 +180,7 @@ Evidence evidence_of(const BentSurface& surface, const MatchedPoints& points,
       wrong += has_side && dot(normal, place.on(surface.normals)) < 0 ? 1 : 0;
       continue;
     }
+    at_vertices[place.nearest_corner()] += 1;
     for (std::size_t s = 0; s < 3; ++s) {
       if (place.shares[s] > 0) is_explained[place.corners[s]] = 1;
     }
@@ -193,11 +195,18 @@ Evidence evidence_of(const BentSurface& surface, const MatchedPoints& points,
   const auto areas = areas_of(surface.faces, surface.x);
   double all = 0;
   double seen = 0;
+  double flat = 0;  // of the points on it, those where sensors see it too flatly
   for (std::size_t v = 0; v < areas.size(); ++v) {
     all += areas[v];
     seen += sight.seen[v] != 0 ? areas[v] : 0;
+    flat += sight.faced[v] == 0 ? at_vertices[v] : 0;
   }
-  if (!(seen > 0)) return found;
+  if (!(seen > 0) || 2 * flat > near) {
+    // Most of it is too flat to the sensors to tell what is missing, but points tell where it is.
+    const double own = n - static_cast<double>(others.size());
+    if (own > 0) found.explained = near / own;
+    return found;
+  }
   const double spacing = std::sqrt(seen / std::max(near, 1.0));
   // A few points are not everywhere on a surface, however sparse they are.
   spread_along_edges(surface, std::min(quality_limits.hole_spacings * spacing, 0.15 * surface.size),

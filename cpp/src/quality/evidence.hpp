@@ -22,9 +22,11 @@ PointQuality quality_of(const BentSurface& surface, const MatchedPoints& points)
 
 /// Shares are of areas of the bent surface unless they are of points.
 struct Evidence {
-  double seen = 0;       ///< of the surface, what should be seen of it
-  double explained = 0;  ///< of this, what has a point within the noise
-  double hole = 0;       ///< of the surface, the largest connected piece that is not explained
+  double seen = 0;  ///< of the surface, what should be seen of it
+  /// Of this, what has a point within the noise; if most points on the surface lie elsewhere, where
+  /// sensors see it too flatly, of the points that are not of other things, those on it.
+  double explained = 0;
+  double hole = 0;  ///< of the surface, the largest connected piece that is not explained
   /// Of what should be seen, what lies before measured points, on the same line of sight, and has
   /// none itself.
   double seen_through = 0;

@@ -120,9 +120,12 @@ Sight sight_of(const BentSurface& surface, const PointScan& scan,
                std::span<const std::uint8_t> is_measured, double noise,
                const SightSettings& settings, Workers& workers) {
   const std::size_t k = surface.x.size();
-  Sight sight{{is_measured.begin(), is_measured.end()}, std::vector<std::uint8_t>(k)};
+  Sight sight{{is_measured.begin(), is_measured.end()},
+              std::vector<std::uint8_t>(k),
+              std::vector<std::uint8_t>(k)};
   if (scan.sensors.empty() && !settings.without_sensors.empty()) {
     for (std::size_t v = 0; v < k; ++v) sight.seen[v] |= settings.without_sensors[v];
+    std::ranges::copy(settings.without_sensors, sight.faced.begin());
     return sight;
   }
   Eigen::AlignedBox3d box;
@@ -164,7 +167,11 @@ Sight sight_of(const BentSurface& surface, const PointScan& scan,
     }
     const Depths measured = measured_depths(view, scan, numbers[number]);
     for (std::size_t v = 0; v < k; ++v) {
-      if (is_measured[v] != 0 || faces_it[v] < clearly) continue;
+      if (faces_it[v] < clearly) continue;
+      if (is_measured[v] != 0) {
+        seen[v] = sees_it;
+        continue;
+      }
       const View::Place& place = view.place_of(v);
       if (own.at(place).nearest < place[2] - slope_depth * surface.mean_edge) continue;
       const auto [nearest, n] = measured.around(place);
@@ -180,7 +187,7 @@ Sight sight_of(const BentSurface& surface, const PointScan& scan,
   for (std::size_t v = 0; v < k; ++v) {
     std::uint8_t any = 0;
     for (const auto& view : views) any |= view[v];
-    if (any != 0) sight.seen[v] = 1;
+    if (any != 0) sight.seen[v] = sight.faced[v] = 1;
     sight.seen_through[v] = (any & sees_through) != 0 ? 1 : 0;
   }
   return sight;

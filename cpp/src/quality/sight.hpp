@@ -16,6 +16,7 @@ namespace dynmesh {
 struct Sight {
   std::vector<std::uint8_t> seen;
   std::vector<std::uint8_t> seen_through;
+  std::vector<std::uint8_t> faced;  ///< what is seen, but for what all sensors see too flatly
 };
 
 struct SightSettings {
