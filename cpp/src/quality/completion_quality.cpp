@@ -196,7 +196,7 @@ void CompletionQuality::leave_out(const Memory& memory, Memory& next) {
   keep(memory.m, next.m);
   keep(memory.departures, next.departures);
   keep(memory.completion.u, next.completion.u);
-  keep(memory.completion.sizes, next.completion.sizes);
+  keep(memory.sizes, next.sizes);
   next.completion.lambda = memory.completion.lambda;
   next.completion.gains = memory.completion.gains;
   next.fit = memory.fit;
@@ -297,7 +297,7 @@ double CompletionQuality::length_of(const Edge& edge, Field frame) const {
 /// Of edges in the sizes of frame 0: what grows is in range.
 auto CompletionQuality::shares_of(const Memory& memory) const -> Shares {
   const Generation generation = memory.generations.of_vertices();
-  const std::span<const double> sizes = memory.completion.sizes;
+  const std::span<const double> sizes = memory.sizes;
   struct Counts {
     std::size_t all = 0;
     std::size_t outside = 0;

@@ -60,7 +60,7 @@ void Detail::begin(Memory& memory) const {
   memory.q.assign(model_.size(), {1, 0, 0, 0});
   memory.m = model_.first_shape;
   memory.completion.u.resize(model_.size());
-  memory.completion.sizes.assign(model_.topology.report.components, 1);
+  memory.sizes.assign(model_.topology.report.components, 1);
   memory.completion.gains.components.resize(model_.topology.report.components);
   if (model_.is_trained) memory.fit.coefficients = ShapeFit::no_coefficients();
   memory.errors = error_bars_.no_errors();
@@ -77,7 +77,8 @@ Lent<ClusterRotations> Detail::complete(const Memory& memory, Memory& next, Fram
 
   Lent<Anchors> anchors = anchors_.lend();
   anchors.set_frame(memory.last, next.last, next.generations, memory.completion.lambda);
-  growth_.find(memory, anchors.observed, next);
+  next.sizes = memory.sizes;
+  growth_.find(next.known, anchors.observed, next.sizes);
   std::optional<ShapeFactor> factor;  // of N
   if (anchors.any_solved()) {
     const Stopwatch stopwatch(stages.factor_seconds);
@@ -120,9 +121,9 @@ std::size_t Detail::solve(const Memory& memory, Anchors& anchors, ShapeFactor& f
   const Stopwatch stopwatch(stages.solve_seconds);  // rotations are taken off at the end
 
   // "Growth": from here on, all positions are in the sizes of frame 0.
-  const std::span<const double> sizes = next.completion.sizes;
+  const std::span<const double> sizes = next.sizes;
   std::optional<LentField> shrunk;
-  if (any_grown(memory.completion.sizes) || any_grown(sizes)) {
+  if (any_grown(memory.sizes) || any_grown(sizes)) {
     shrunk.emplace(in_first_sizes(memory, next, anchors));
   }
   const Field last = shrunk ? Field(*shrunk) : Field(memory.last);
@@ -200,9 +201,9 @@ LentField Detail::in_first_sizes(const Memory& memory, const Memory& next, Ancho
   const auto generation = next.generations.of_vertices();
   LentField last = fields_.lend();
   for (std::size_t v = 0; v < last.size(); ++v) {
-    last[v] = 1 / size_of(v, memory.completion.sizes) * memory.last[v];
+    last[v] = 1 / size_of(v, memory.sizes) * memory.last[v];
     anchors.observed[v] = generation[v] == Generations::anchor
-                              ? 1 / size_of(v, next.completion.sizes) * anchors.observed[v]
+                              ? 1 / size_of(v, next.sizes) * anchors.observed[v]
                               : last[v];
   }
   return last;
@@ -302,7 +303,7 @@ void Detail::remember(const Memory& memory, Memory& next, StageReport& report) {
   fit_rotations(next.last, next, report);
   const Stopwatch stopwatch(report.rotation_seconds);
   turn_back(next.q, detail_of(next.last), next.m, workers_);
-  const std::span<const double> sizes = next.completion.sizes;
+  const std::span<const double> sizes = next.sizes;
   if (any_grown(sizes)) {
     for (std::size_t v = 0; v < next.m.size(); ++v) next.m[v] = 1 / size_of(v, sizes) * next.m[v];
   }

@@ -37,16 +37,14 @@ double Growth::square_of(Index a, Index b, Field frame) const {
   return squared_norm((1 / model_.mean_edge) * (frame[b] - frame[a]));
 }
 
-void Growth::find(const Memory& memory, Field observed, Memory& next) {
-  std::vector<double>& sizes = next.completion.sizes;
-  sizes = memory.completion.sizes;
+void Growth::find(std::span<const std::uint8_t> known, Field observed, std::span<double> sizes) {
   const double rounding =
       std::sqrt(model_.rounding.mean_square_of_positions(observed)) / model_.mean_edge;
   for (std::size_t c = 0; c < sizes.size(); ++c) {
     between_anchors_.clear();
     for (std::size_t e = 0; e < edges_[c].size(); ++e) {
       const auto& [a, b, _] = edges_[c][e];
-      if ((next.known[a] & next.known[b]) != 0) between_anchors_.push_back(static_cast<Index>(e));
+      if ((known[a] & known[b]) != 0) between_anchors_.push_back(static_cast<Index>(e));
     }
     // Evenly, but at changing places within a step, so that edges of a regular grid have any
     // direction.

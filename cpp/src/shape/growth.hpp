@@ -1,11 +1,11 @@
 /// How large the components are, compared with frame 0, as far as the anchors tell.
 #pragma once
 
+#include <cstdint>
 #include <dynmesh/types.hpp>
 #include <span>
 #include <vector>
 
-#include "shape/memory.hpp"
 #include "shape/model.hpp"
 
 namespace dynmesh {
@@ -17,9 +17,9 @@ class Growth {
   /// `model` must outlive this object.
   explicit Growth(const ShapeModel& model);
 
-  /// Finds the sizes in the next frame from the edges between its anchors, whose positions
-  /// `observed` (k,) holds.
-  void find(const Memory& memory, Field observed, Memory& next);
+  /// Finds the sizes in a frame, in place of those in the last one, from the edges between known
+  /// vertices, whose positions `observed` (k,) holds.
+  void find(std::span<const std::uint8_t> known, Field observed, std::span<double> sizes);
 
  private:
   struct Edge {

@@ -35,7 +35,7 @@ void check_memory(const Memory& memory, double largest) {
   const auto is_size = [most = growth_constants.largest_size](double size) {
     return size >= 1 / most && size <= most;
   };
-  if (!std::ranges::all_of(memory.completion.sizes, is_size)) {
+  if (!std::ranges::all_of(memory.sizes, is_size)) {
     refuse_state("holds sizes that no component can have");
   }
   for (const Gains& gains : memory.completion.gains.components) {

@@ -99,7 +99,6 @@ struct StepCheck {
 /// What completers alone remember.
 struct CompletionMemory {
   std::vector<Vector3> u;                         ///< (k,) the recent change of m per frame
-  std::vector<double> sizes;                      ///< (components,) compared with frame 0
   double lambda = detail_constants.first_lambda;  ///< the weight of noisy anchors, in the unit of K
   GainMemory gains;
   FirstFrameCheck first_frame;
@@ -168,6 +167,7 @@ struct Memory {
 
   std::vector<Quaternion> q;  ///< (k,) Q, how the surface has turned since frame 0
   std::vector<Vector3> m;     ///< (k,) its detail, turned back by Q
+  std::vector<double> sizes;  ///< (components,) how large they are, compared with frame 0
   FitMemory fit;
   /// (pairs,) by how much components that are near in frame 0 moved apart; see LearnedTies of a
   /// tracker and Leaders of a completer.
@@ -213,7 +213,7 @@ void each_number(Visited& memory, const Visit& visit) {
   visit(memory.q);
   visit(memory.m);
   visit(completion.u);
-  visit(completion.sizes);
+  visit(memory.sizes);
   visit(completion.lambda);
   for (auto& [sums, squares, count, rings] : completion.gains.components) {
     visit(sums);
