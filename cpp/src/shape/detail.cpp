@@ -78,7 +78,7 @@ Lent<ClusterRotations> Detail::complete(const Memory& memory, Memory& next, Fram
   Lent<Anchors> anchors = anchors_.lend();
   anchors.set_frame(memory.last, next.last, next.generations, memory.completion.lambda);
   next.sizes = memory.sizes;
-  growth_.find(next.known, anchors.observed, next.sizes);
+  growth_.find(next.known, anchors.observed, Growth::Since::last_frame, next.sizes);
   std::optional<ShapeFactor> factor;  // of N
   if (anchors.any_solved()) {
     const Stopwatch stopwatch(stages.factor_seconds);

@@ -37,10 +37,12 @@ double Growth::square_of(Index a, Index b, Field frame) const {
   return squared_norm((1 / model_.mean_edge) * (frame[b] - frame[a]));
 }
 
-void Growth::find(std::span<const std::uint8_t> known, Field observed, std::span<double> sizes) {
+void Growth::find(std::span<const std::uint8_t> known, Field observed, Since since,
+                  std::span<double> sizes) {
   const double rounding =
       std::sqrt(model_.rounding.mean_square_of_positions(observed)) / model_.mean_edge;
   for (std::size_t c = 0; c < sizes.size(); ++c) {
+    const double from = since == Since::last_frame ? sizes[c] : 1;
     between_anchors_.clear();
     for (std::size_t e = 0; e < edges_[c].size(); ++e) {
       const auto& [a, b, _] = edges_[c][e];
@@ -55,27 +57,28 @@ void Growth::find(std::span<const std::uint8_t> known, Field observed, std::span
       const std::size_t first = i * n / n_chosen;
       const std::size_t last = (i + 1) * n / n_chosen;
       const Edge& edge = edges_[c][between_anchors_[first + i * 7919 % (last - first)]];
-      const double ratio =
-          square_of(edge.a, edge.b, observed) / (edge.square * sizes[c] * sizes[c]);
+      const double ratio = square_of(edge.a, edge.b, observed) / (edge.square * from * from);
       if (std::isfinite(ratio) && ratio > 0) ratios_.push_back(ratio);
     }
     if (ratios_.empty()) continue;
     const double largest = growth_constants.largest_size;
-    sizes[c] = std::clamp(sizes[c] * growth(rounding), 1 / largest, largest);
+    sizes[c] = std::clamp(grown(from, sizes[c], rounding), 1 / largest, largest);
   }
 }
 
-/// By which factor the ratios tell that a component has grown: their median, less the more they
-/// differ and the fewer they are. `rounding` is that of a coordinate, in mean edges.
-double Growth::growth(double rounding) {
+/// The size that the ratios to those of size `from` tell: by their median, less the more they
+/// differ and the fewer they are; or the `last` one. `rounding` is that of a coordinate, in mean
+/// edges.
+double Growth::grown(double from, double last, double rounding) {
   const auto n = static_cast<double>(ratios_.size());
   const double middle = median(ratios_);
   const double growth = std::log(middle) / 2;
-  if (!(std::abs(growth) < std::log(growth_constants.largest_step))) return 1;
+  const double step = growth + std::log(from / last);
+  if (!(std::abs(step) < std::log(growth_constants.largest_step))) return last;
   for (double& ratio : ratios_) ratio = std::abs(ratio / middle - 1) / 2;
   const double usual = growth_constants.deviations * median(ratios_);
   const double spread = std::hypot(usual, rounding) * std::sqrt(1 + growth_constants.few / n);
-  return std::exp(std::clamp(std::abs(growth) / spread - 1, 0.0, 1.0) * growth);
+  return from * std::exp(std::clamp(std::abs(growth) / spread - 1, 0.0, 1.0) * growth);
 }
 
 }  // namespace dynmesh

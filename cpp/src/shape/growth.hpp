@@ -17,9 +17,13 @@ class Growth {
   /// `model` must outlive this object.
   explicit Growth(const ShapeModel& model);
 
+  /// What has to be more than the spread of the edges, to count: the growth since the last frame,
+  /// or that since frame 0, if the edges of every frame have errors, which hide a slow growth.
+  enum class Since { last_frame, first_frame };
   /// Finds the sizes in a frame, in place of those in the last one, from the edges between known
   /// vertices, whose positions `observed` (k,) holds.
-  void find(std::span<const std::uint8_t> known, Field observed, std::span<double> sizes);
+  void find(std::span<const std::uint8_t> known, Field observed, Since since,
+            std::span<double> sizes);
 
  private:
   struct Edge {
@@ -28,7 +32,7 @@ class Growth {
   };
 
   [[nodiscard]] double square_of(Index a, Index b, Field frame) const;
-  [[nodiscard]] double growth(double rounding);
+  [[nodiscard]] double grown(double from, double last, double rounding);
 
   const ShapeModel& model_;
   std::vector<std::vector<Edge>> edges_;  // of the components

@@ -109,6 +109,10 @@ void CoarseSurface::choose(const Memory& memory, Memory& coarse) const {
     coarse.tracking.before[c] = memory.tracking.before[v];
     coarse.q[c] = memory.q[v];
   }
+  for (std::size_t c = 0; c < size(); ++c) {
+    coarse.sizes[at(topology_.component[c])] =
+        memory.sizes[at(whole_.topology.component[at(mesh_.vertices[c])])];
+  }
   coarse.fit = memory.tracking.coarse_fit;
   coarse.departures = memory.tracking.coarse_departures;
 }

@@ -6,6 +6,7 @@
 
 #include "base/geometry.hpp"
 #include "base/statistics.hpp"
+#include "shape/growth.hpp"
 #include "shape/shape_system.hpp"
 #include "surface_fit/plane_anchors.hpp"
 
@@ -68,6 +69,7 @@ NonrigidStep::NonrigidStep(const ShapeModel& model, std::span<const Triangle> fa
 void NonrigidStep::begin(Memory& memory) const {
   memory.q.assign(model_.size(), {1, 0, 0, 0});
   memory.m = model_.first_shape;
+  memory.sizes.assign(model_.topology.report.components, 1);
   if (model_.is_trained) memory.fit.coefficients = ShapeFit::no_coefficients();
   memory.departures = ties_.no_departures();
 }
@@ -92,7 +94,7 @@ bool NonrigidStep::step(const StepInput& input, MaskedFactor& preconditioner, Fi
 }
 
 std::vector<Vector3> NonrigidStep::wanted_shape(Field last, const Memory& next) {
-  auto shape = rest_shape(next.fit);
+  auto shape = rest_shape(next);
   for (std::size_t v = 0; v < shape.size(); ++v) {
     const double pull = materials_[at(model_.topology.component[v])].pull;
     shape[v] = last[v] + pull * (shape[v] - last[v]);
@@ -138,12 +140,18 @@ void NonrigidStep::fit_modes(const StepInput& input, const MaskedFactor& precond
             next.fit);
 }
 
-std::vector<Vector3> NonrigidStep::rest_shape(const FitMemory& fit) {
+std::vector<Vector3> NonrigidStep::rest_shape(const Memory& memory) {
   std::vector<Vector3> rest = model_.first_shape;
-  if (fit.prior_weight == 0) return rest;
-  const auto added = fit_.shape_of(fit);
-  for (std::size_t v = 0; v < rest.size(); ++v) {
-    rest[v] = model_.first_shape[v] + fit.prior_weight * added[v];
+  if (memory.fit.prior_weight > 0) {
+    const auto added = fit_.shape_of(memory.fit);
+    for (std::size_t v = 0; v < rest.size(); ++v) {
+      rest[v] = rest[v] + memory.fit.prior_weight * added[v];
+    }
+  }
+  if (any_grown(memory.sizes)) {
+    for (std::size_t v = 0; v < rest.size(); ++v) {
+      rest[v] = memory.sizes[at(model_.topology.component[v])] * rest[v];
+    }
   }
   return rest;
 }

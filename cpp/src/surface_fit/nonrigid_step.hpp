@@ -65,11 +65,11 @@ class NonrigidStep {
   void fit_rotations(Field frame, std::span<Quaternion> q) { rotations_.fit(frame, q); }
   /// Finds the rotations and the shape of a frame in place of those of `memory`.
   void remember(Field frame, Memory& memory);
-  /// (k,) the rest shape p = m_first + k B a, in the axes of frame 0: m_first is the detail of
-  /// frame 0, B are the modes of a training sequence, a are the coefficients that the last frame
-  /// supports and k, 0 to 1, how far the training sequence is used. See docs/method.md, "Training
-  /// frames". Without training, p is m_first.
-  [[nodiscard]] std::vector<Vector3> rest_shape(const FitMemory& fit);
+  /// (k,) the rest shape p = S (m_first + k B a), in the axes of frame 0: S is the size of a
+  /// component, m_first is the detail of frame 0, B are the modes of a training sequence, a are the
+  /// coefficients that the last frame supports and k, 0 to 1, how far the training sequence is
+  /// used. See docs/method.md, "Training frames". Without training, p is m_first.
+  [[nodiscard]] std::vector<Vector3> rest_shape(const Memory& memory);
   /// (k,) Q m, the shape that K X is to have, where `last` is that of the last frame.
   [[nodiscard]] std::vector<Vector3> wanted_shape(Field last, const Memory& next);
 

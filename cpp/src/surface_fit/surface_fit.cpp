@@ -65,6 +65,7 @@ SurfaceFit::SurfaceFit(const std::vector<Triangle>& faces, const Topology& topol
                        const Options& options)
     : whole_(faces, topology, workers, first_frame, {}, training, options.uncertainty,
              options.epsilon),
+      growth_(whole_.model()),
       errors_(whole_.model(), whole_.materials(), whole_.factors(), whole_.constants(), workers,
               options.uncertainty),
       is_live_(options.resolution > 0) {
@@ -121,7 +122,7 @@ FittedSurface SurfaceFit::fit(const Memory& memory, const PointScan& scan, Memor
   level.fit_rotations(found);
   next.tracking.coarse_fit = found.fit;
   next.tracking.coarse_departures = level.departures(found, memory.tracking.coarse_departures);
-  auto x = surface.restored(last, found, memory, whole_.rest_shape(memory.fit), next);
+  auto x = surface.restored(last, found, memory, whole_.rest_shape(memory), next);
   const int most_iterations = is_live_ ? 0 : whole_.constants().whole_iterations;
   return whole_.refine(std::move(x), memory, scan, most_iterations, frame.iterations, next);
 }
@@ -129,6 +130,14 @@ FittedSurface SurfaceFit::fit(const Memory& memory, const PointScan& scan, Memor
 void SurfaceFit::remember(const Memory& memory, const FittedSurface& found, bool moves,
                           bool is_lost, Memory& next) {
   whole_.remember(memory, moves, next);
+  next.sizes = memory.sizes;
+  if (moves && !is_lost) {
+    growth_.find(next.known, next.last, Growth::Since::first_frame, next.sizes);
+    // Edges of cloth, which slides, are not measured.
+    for (std::size_t c = 0; c < next.sizes.size(); ++c) {
+      if (whole_.materials()[c].slides) next.sizes[c] = 1;
+    }
+  }
   next.tracking.times_weight =
       next_times_weight(memory, found, whole_.mean_edge(), whole_.constants());
   next.tracking.colours = memory.tracking.colours;

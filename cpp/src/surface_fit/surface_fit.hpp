@@ -9,6 +9,7 @@
 
 #include "base/training_frames.hpp"
 #include "base/workers.hpp"
+#include "shape/growth.hpp"
 #include "shape/memory.hpp"
 #include "surface_fit/coarse_surface.hpp"
 #include "surface_fit/surface_errors.hpp"
@@ -62,6 +63,7 @@ class SurfaceFit {
   };
 
   SurfaceLevel whole_;
+  Growth growth_;
   SurfaceErrors errors_;
   std::unique_ptr<Coarse> coarse_;  // null if the template itself is small enough
   bool is_live_;

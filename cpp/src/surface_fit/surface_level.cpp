@@ -50,6 +50,7 @@ SurfaceFrame SurfaceLevel::find(const Memory& memory, const PointScan& scan,
                                 const FitOptions& options, Memory& next) {
   next.q = memory.q;
   next.fit = memory.fit;
+  next.sizes = memory.sizes;
   MatchedPoints points = matcher_.points_of(scan);
   WeightedTies ties = step_.ties().weighted(memory.departures);
   auto [x, visibility] = predict(memory, model_, constants_, rigid_points_, ties, matcher_, points);
@@ -76,6 +77,7 @@ FittedSurface SurfaceLevel::refine(std::vector<Vector3> x, const Memory& memory,
                                    const PointScan& scan, int most_iterations, int iterations,
                                    Memory& next) {
   next.fit = memory.fit;
+  next.sizes = memory.sizes;
   auto visibility = matcher_.visibility_of(x, scan);
   const LearnedTies& ties = step_.ties();
   auto weighted = ties.weighted(ties.departed(x, next.q, memory.departures));

@@ -115,12 +115,12 @@ class SurfaceLevel {
   /// Lets a memory be of this frame, at rest and in any pose.
   void place(Field frame, Memory& memory);
   /// Lets the last frame have the rest shape, where its own is not trusted.
-  void forget_shape(Memory& memory) { memory.m = rest_shape(memory.fit); }
+  void forget_shape(Memory& memory) { memory.m = rest_shape(memory); }
   /// Bends the last frame, without points, while its landmarks move to their targets.
   void bend(const FitOptions& options, int steps, Memory& memory);
 
-  [[nodiscard]] std::vector<Vector3> rest_shape(const FitMemory& fit) {
-    return step_.rest_shape(fit);
+  [[nodiscard]] std::vector<Vector3> rest_shape(const Memory& memory) {
+    return step_.rest_shape(memory);
   }
   [[nodiscard]] std::vector<Vector3> normals_of(Field x) const { return matcher_.normals_of(x); }
   [[nodiscard]] const ShapeModel& model() const { return model_; }

@@ -206,6 +206,19 @@ def test_what_is_left_of_a_motion_along_the_surface_is_found_later(
     assert error(hand, truth, tracked) < 0.29
 
 
+@pytest.mark.parametrize("rate", [1.02, 0.98])
+def test_the_rest_shape_grows_with_the_surface(rate: float, rng: np.random.Generator) -> None:
+    frames = dynmesh.synth.hand(1)
+    hand = Mesh(frames.faces.astype(np.int64), frames.vertices[0].astype(np.float64))
+    tracker = Tracker(hand.faces, hand.vertices)
+    errors = []
+    for n in range(1, 17):
+        size = rate**n
+        tracked = tracker.push(*scan_of(hand, size * hand.vertices, 8000, rng))
+        errors.append(error(hand, size * hand.vertices, tracked) / size)
+    assert max(errors) < 0.05
+
+
 def test_a_template_with_fewer_vertices_is_tracked_on_all_of_them(
     rng: np.random.Generator,
 ) -> None:
