@@ -16,9 +16,9 @@ namespace dynmesh {
 namespace {
 
 constexpr double pixels_of_edge = 1;
-/// A triangle that is no larger is drawn as its middle: most are smaller, so that each pixel of the
-/// surface has some.
-constexpr double pixels_of_middle = 2;
+/// A triangle that is no larger is drawn as its middle, and a larger one as those of its parts, so
+/// that hardly a pixel of the surface has none.
+constexpr double pixels_of_middle = 1;
 /// A surface that is turned away farther is seen so flatly that sensors may miss it.
 constexpr double least_facing = 0.35;
 /// Fewer points around a line of sight tell nothing of it.

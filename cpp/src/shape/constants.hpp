@@ -118,6 +118,8 @@ inline constexpr struct GrowthConstants {
   double deviations = 1.4826;
   /// The number of edges whose ratios count as if they differed by the root of two times as much.
   double few = 30;
+  /// Fewer edges between measured vertices, whose positions have errors, tell no size.
+  std::size_t fewest_measured = 30;
   /// The number of edges of a component that are compared at most.
   std::size_t most_edges = 2000;
   /// A component that seems to have another size than in the last frame by more than this factor is

@@ -12,8 +12,8 @@ namespace dynmesh {
 
 /// Adds to the expected `shape`, (k,) rows, where not all of a one-ring is known, a part of how
 /// much the rows `found` beside it differ from theirs; the farther from these, the less. A row is
-/// known if its vertex and all of its one-ring are. Both are turned back to frame 0. `found` is
-/// overwritten.
+/// known if its vertex and all of its one-ring are, which may differ a little from the vertices of
+/// K's intrinsic triangulation. Both are turned back to frame 0. `found` is overwritten.
 void continue_into_holes(const Cells& cells, const Generations& generations,
                          std::span<Vector3> found, std::span<Vector3> shape);
 

@@ -29,7 +29,8 @@ namespace dynmesh {
 /// The positions X of a frame minimise |K X - Q (m + b (m_first - m) + c u)|^2 with the anchors
 /// fixed. K is an operator built from frame 0 that extracts the detail. m_first and m are the
 /// detail of frame 0 and of the last frame in the axes of frame 0, u is the recent change of m, and
-/// Q rotates them into the current frame. b and c are fitted to the anchors.
+/// Q rotates them into the current frame. b and c are fitted to the anchors. In holes, what known
+/// rows show beyond this goes on.
 ///
 /// With noise, anchors are not fixed. Instead, lambda times their squared distance from the
 /// observed positions is added to the energy. lambda balances the errors of the shape, estimated in

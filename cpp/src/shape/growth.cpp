@@ -60,7 +60,8 @@ void Growth::find(std::span<const std::uint8_t> known, Field observed, Since sin
       const double ratio = square_of(edge.a, edge.b, observed) / (edge.square * from * from);
       if (std::isfinite(ratio) && ratio > 0) ratios_.push_back(ratio);
     }
-    if (ratios_.empty()) continue;
+    const std::size_t fewest = since == Since::last_frame ? 1 : growth_constants.fewest_measured;
+    if (ratios_.size() < fewest) continue;
     const double largest = growth_constants.largest_size;
     sizes[c] = std::clamp(grown(from, sizes[c], rounding), 1 / largest, largest);
   }
@@ -73,8 +74,7 @@ double Growth::grown(double from, double last, double rounding) {
   const auto n = static_cast<double>(ratios_.size());
   const double middle = median(ratios_);
   const double growth = std::log(middle) / 2;
-  const double step = growth + std::log(from / last);
-  if (!(std::abs(step) < std::log(growth_constants.largest_step))) return last;
+  if (!(std::abs(growth) < std::log(growth_constants.largest_step))) return last;
   for (double& ratio : ratios_) ratio = std::abs(ratio / middle - 1) / 2;
   const double usual = growth_constants.deviations * median(ratios_);
   const double spread = std::hypot(usual, rounding) * std::sqrt(1 + growth_constants.few / n);

@@ -6,7 +6,6 @@
 
 #include "base/geometry.hpp"
 #include "base/statistics.hpp"
-#include "shape/growth.hpp"
 #include "shape/shape_system.hpp"
 #include "surface_fit/plane_anchors.hpp"
 
@@ -130,7 +129,7 @@ void NonrigidStep::fit_modes(const StepInput& input, const MaskedFactor& precond
   ShapeFactor factor(planes.anchors, factors.lend());
   std::vector<Vector3> kx(x.size());
   std::vector<ShapeTerms> wanted(x.size()), steps(x.size()), k_steps(x.size());
-  for (std::size_t v = 0; v < x.size(); ++v) wanted[v] = {m[v], model_.first_shape[v] - m[v], {}};
+  for (std::size_t v = 0; v < x.size(); ++v) wanted[v] = {m[v], grown(v, next) - m[v], {}};
   turn(next.q, wanted, wanted, workers_);
   system.apply(x, 1, kx);
   system.solve_terms(wanted, x, kx, factor, steps);
@@ -141,17 +140,12 @@ void NonrigidStep::fit_modes(const StepInput& input, const MaskedFactor& precond
 }
 
 std::vector<Vector3> NonrigidStep::rest_shape(const Memory& memory) {
-  std::vector<Vector3> rest = model_.first_shape;
-  if (memory.fit.prior_weight > 0) {
-    const auto added = fit_.shape_of(memory.fit);
-    for (std::size_t v = 0; v < rest.size(); ++v) {
-      rest[v] = rest[v] + memory.fit.prior_weight * added[v];
-    }
-  }
-  if (any_grown(memory.sizes)) {
-    for (std::size_t v = 0; v < rest.size(); ++v) {
-      rest[v] = memory.sizes[at(model_.topology.component[v])] * rest[v];
-    }
+  std::vector<Vector3> rest;
+  for (std::size_t v = 0; v < model_.size(); ++v) rest.push_back(grown(v, memory));
+  if (memory.fit.prior_weight == 0) return rest;
+  const auto added = fit_.shape_of(memory.fit);
+  for (std::size_t v = 0; v < rest.size(); ++v) {
+    rest[v] = rest[v] + memory.fit.prior_weight * added[v];
   }
   return rest;
 }

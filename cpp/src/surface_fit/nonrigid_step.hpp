@@ -65,7 +65,7 @@ class NonrigidStep {
   void fit_rotations(Field frame, std::span<Quaternion> q) { rotations_.fit(frame, q); }
   /// Finds the rotations and the shape of a frame in place of those of `memory`.
   void remember(Field frame, Memory& memory);
-  /// (k,) the rest shape p = S (m_first + k B a), in the axes of frame 0: S is the size of a
+  /// (k,) the rest shape p = S m_first + k B a, in the axes of frame 0: S is the size of a
   /// component, m_first is the detail of frame 0, B are the modes of a training sequence, a are the
   /// coefficients that the last frame supports and k, 0 to 1, how far the training sequence is
   /// used. See docs/method.md, "Training frames". Without training, p is m_first.
@@ -78,6 +78,10 @@ class NonrigidStep {
                                             std::span<const double> resistance,
                                             std::span<const Tie> ties,
                                             std::span<const Quaternion> q);
+  /// S m_first of a vertex.
+  [[nodiscard]] Vector3 grown(std::size_t v, const Memory& memory) const {
+    return memory.sizes[at(model_.topology.component[v])] * model_.first_shape[v];
+  }
   void fit_modes(const StepInput& input, const MaskedFactor& preconditioner, Field m, Field x,
                  Memory& next);
 

@@ -28,7 +28,7 @@ class Picture {
         view_(std::move(view)),
         mean_edge_(mean_edge),
         nearest_(static_cast<std::size_t>(view_.width() * view_.height())) {
-    if (!view.any()) return;  // a surface without extent hides nothing
+    if (!view_.any()) return;  // a surface without extent hides nothing
     for (const Triangle& face : faces) draw(face);
   }
 
