@@ -73,7 +73,7 @@ def is_left_handed(mesh: Any) -> bool:
 
 _NUMBERS = {
     f"{kind}[]"
-    for kind in "bool uchar int uint int64 uint64 half float double".split()  # noqa: SIM905
+    for kind in ("bool", "uchar", "int", "uint", "int64", "uint64", "half", "float", "double")
 }
 """Types of values that a known mask may have; floats are confidences."""
 

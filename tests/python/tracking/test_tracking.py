@@ -206,11 +206,14 @@ def test_what_is_left_of_a_motion_along_the_surface_is_found_later(
     assert error(hand, truth, tracked) < 0.29
 
 
-@pytest.mark.parametrize("rate", [1.02, 0.98])
-def test_the_rest_shape_grows_with_the_surface(rate: float, rng: np.random.Generator) -> None:
-    frames = dynmesh.synth.hand(1)
+@pytest.mark.parametrize(("rate", "is_trained"), [(1.02, False), (0.98, False), (1.02, True)])
+def test_the_rest_shape_grows_with_the_surface(
+    rate: float, is_trained: bool, rng: np.random.Generator
+) -> None:
+    frames = dynmesh.synth.hand(31)
     hand = Mesh(frames.faces.astype(np.int64), frames.vertices[0].astype(np.float64))
-    tracker = Tracker(hand.faces, hand.vertices)
+    training = frames.vertices[::3] if is_trained else None
+    tracker = Tracker(hand.faces, hand.vertices, training=training)
     errors = []
     for n in range(1, 17):
         size = rate**n
