@@ -56,13 +56,13 @@ struct Scene {
     Workers workers(1);
     SurfaceLevel level(faces, topology, workers, frame);
     const FittedSurface fitted = level.agreement_with(scan, x);
-    const auto normals = level.normals_of(x);
     std::vector<std::uint8_t> is_sheet;
     for (const Index of : topology.component) {
       is_sheet.push_back(level.materials()[at(of)].is_sheet ? 1 : 0);
     }
-    const BentSurface surface = {faces,    topology,          frame,         fitted.x, normals,
-                                 is_sheet, level.mean_edge(), size_of(frame)};
+    const BentSurface surface = {
+        faces,    topology,          frame,         fitted.x, fitted.normals,
+        is_sheet, level.mean_edge(), size_of(frame)};
     return evidence_of(surface, fitted.points, {8 * level.mean_edge()}, workers);
   }
 

@@ -19,18 +19,25 @@ namespace dynmesh {
 namespace {
 
 bool is_good(const Measure& measure) { return measure.quality == Quality::good; }
-bool is_lost(const Measure& measure) { return measure.quality == Quality::ruined; }
-bool was_lost(const Memory& memory) { return memory.tracking.good_in_a_row == 0; }
-/// Whether it was lost while points lay on it. Without any, it was out of sight, and what comes
-/// back near it is the subject, in another shape.
-bool was_misplaced(const Memory& memory) {
+bool is_ruined(const Measure& measure) { return measure.quality == Quality::ruined; }
+
+/// How the template was left by the last frame.
+enum class Hold {
+  held,
+  out_of_sight,  ///< lost without points on it: what comes back is the subject, in another shape
+  misplaced,     ///< lost while points lay on it: in a wrong pose, in which it may seem less wrong
+};
+
+Hold hold_of(const Memory& memory) {
+  if (memory.tracking.good_in_a_row > 0) return Hold::held;
   const auto n_known = static_cast<double>(std::ranges::count(memory.known, 1));
   const auto k = static_cast<double>(memory.known.size());
-  return was_lost(memory) && !(n_known < quality_limits.hardly_seen * k);
+  return n_known < quality_limits.hardly_seen * k ? Hold::out_of_sight : Hold::misplaced;
 }
-/// The last frame that was not lost: with each frame from the good one on, a shape may change.
-Field last_unlost(const Memory& memory) {
-  return was_lost(memory) ? memory.tracking.good : memory.last;
+
+/// The last frame that was held: with each frame from the good one on, a shape may change.
+Field last_held(const Memory& memory) {
+  return hold_of(memory) == Hold::held ? memory.last : memory.tracking.good;
 }
 
 }  // namespace
@@ -68,21 +75,20 @@ Measure Recovery::measure(const Memory& memory, const FittedSurface& found,
   const Cells& cells = mesh_.topology.cells;
   const PointScan& scan = *found.points.scan;
   Measure made = measured(found.agreements.all, found.observed, cells, first_, found.x);
-  const auto normals = surface_.normals_of(found.x);
   const double reach = surface_.constants().radius * surface_.mean_edge();
   const Evidence evidence =
-      evidence_of(bent(found.x, normals), found.points, {reach, seen_}, mesh_.workers);
+      evidence_of(bent(found.x, found.normals), found.points, {reach, seen_}, mesh_.workers);
   add_evidence(evidence, made);
-  const Field before = last_unlost(memory);
+  const Field before = last_held(memory);
   made.change = change_of(cells, before, found.x).stretch;
   made.parted = parted_share(surface_.ties(), before, found.x, surface_.mean_edge());
   made.is_start = memory.tracking.is_start != 0;
   if (!found.lost.empty() && found.agreements.all.points > 0) {
     made.lost = static_cast<double>(found.lost.front());
   }
-  made.quality =
-      judged(made, {memory.tracking.recent, !scan.sensors.empty(),
-                    made.noise / surface_.mean_edge(), was_registered, was_misplaced(memory)});
+  made.quality = judged(
+      made, {memory.tracking.recent, !scan.sensors.empty(), made.noise / surface_.mean_edge(),
+             was_registered, hold_of(memory) == Hold::misplaced});
   return made;
 }
 
@@ -92,14 +98,13 @@ bool Recovery::is_due(const Memory& memory, const Measure& measure) const {
   const bool is_doubtful = tracking.good_in_a_row == quality_limits.settled_frames &&
                            tracking.frames_until_search == 0 && !measure.is_start &&
                            measure.doubt > quality_limits.sought_doubt;
-  return is_lost(measure) || is_doubtful;
+  return is_ruined(measure) || is_doubtful;
 }
 
 /// Whether the points lie on some surface, within noise or with normals like those of their
 /// neighbours. Others are of nothing that can be found.
 bool Recovery::are_of_a_surface(const FittedSurface& found) const {
-  const auto normals = surface_.normals_of(found.x);
-  const PointQuality points = quality_of(bent(found.x, normals), found.points);
+  const PointQuality points = quality_of(bent(found.x, found.normals), found.points);
   const double most =
       points.has_normals ? quality_limits.most_noise : quality_limits.most_noise_without_normals;
   return points.noise < most * surface_.mean_edge();
@@ -128,13 +133,13 @@ Recovery::Sought Recovery::seek(SurfaceFit& surface, const Memory& memory,
     surface.whole().place(frame, sought.start);
     sought.found = surface.fit(sought.start, measurement, sought.next);
     sought.measure = this->measure(memory, sought.found, was_registered);
-    const bool has_less_doubt =
-        !is_lost(sought.measure) && is_lost(measure) && sought.measure.doubt < best.measure.doubt;
+    const bool has_less_doubt = !is_ruined(sought.measure) && is_ruined(measure) &&
+                                sought.measure.doubt < best.measure.doubt;
     sought.is_better = is_good(sought.measure) || has_less_doubt;
     if (sought.is_better) best = std::move(sought);
   };
   // From the last good frame.
-  if (is_lost(measure)) seek_from(memory.tracking.good, false);
+  if (is_ruined(measure)) seek_from(memory.tracking.good, false);
   if (best.is_better && is_good(best.measure)) return best;
   // By a registration.
   if (memory.tracking.frames_until_search != 0 || !are_of_a_surface(found)) return best;
@@ -152,14 +157,13 @@ void Recovery::remember(const Memory& memory, const Measure& measure,
   const bool has_begun = has_points && (is_good(measure) || !measure.is_start);
   next.tracking.is_start = has_begun ? 0 : memory.tracking.is_start;
   // From a wrong pose, it is found again in a good frame only: a less wrong one is doubtful.
-  const bool was_so = was_misplaced(memory) || (sought && sought->is_better);
-  const bool is_lost_yet = was_so && !is_good(measure);
-  const bool is_kept = has_points && !is_lost(measure) && !is_lost_yet;
+  const bool must_be_good = hold_of(memory) == Hold::misplaced || (sought && sought->is_better);
+  const bool is_held = has_points && (must_be_good ? is_good(measure) : !is_ruined(measure));
   TrackingMemory& tracking = next.tracking;
   tracking.good = memory.tracking.good;
   tracking.recent = memory.tracking.recent;
   tracking.good_in_a_row = memory.tracking.good_in_a_row;
-  if (is_kept) {
+  if (is_held) {
     const int before = sought ? 0 : tracking.good_in_a_row;
     tracking.good_in_a_row = std::min(before + 1, quality_limits.settled_frames);
     // A template that does not fit from the start on says nothing of the subject.
@@ -174,7 +178,7 @@ void Recovery::remember(const Memory& memory, const Measure& measure,
   if (!is_wanted_) return;
   next.tracking.frames_until_search = memory.tracking.frames_until_search;
   if (!memory.tracking.frames_until_search) {
-    if (is_kept) next.tracking.frames_until_search = 0;
+    if (is_held) next.tracking.frames_until_search = 0;
   } else if (*memory.tracking.frames_until_search > 0) {
     next.tracking.frames_until_search = *memory.tracking.frames_until_search - 1;
   } else if (sought && sought->by_registration) {

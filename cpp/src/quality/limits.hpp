@@ -47,7 +47,8 @@ inline constexpr struct QualityLimits {
   double ruined_explained = 0.3;
   double ruined_contradicted = 0.15;
   double ruined_stretch = 0.3;
-  /// Cameras are suspected whose points are far from the surface to a larger share.
+  /// If a larger share of the points is far from the surface, those of one camera are suspected,
+  /// and all of them tell no standard errors of a registration.
   double ruined_far = 0.05;
   /// From this doubt on, a pose that is not lost is sought elsewhere, too.
   double sought_doubt = 1.5;

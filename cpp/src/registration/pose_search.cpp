@@ -339,9 +339,8 @@ Memory PoseSearch::placed(const Cloud& x) {
 
 /// A trial whose coarse mesh was found among its points.
 PoseSearch::Trial PoseSearch::compared(Trial trial, const FittedSurface& found) const {
-  const auto normals = coarse_.normals_of(found.x);
   trial.fit =
-      fit_of({mesh_.faces(), mesh_.topology(), mesh_.first_frame(), found.x, normals,
+      fit_of({mesh_.faces(), mesh_.topology(), mesh_.first_frame(), found.x, found.normals,
               is_coarse_sheet_, coarse_.mean_edge(), size_of_surface(mesh_.faces(), found.x)},
              found, false);
   trial.x = found.x;
@@ -438,9 +437,8 @@ Pose PoseSearch::finished(const Wanted& wanted, const Trial& trial) {
 
 void PoseSearch::judge(const Wanted& wanted, const FittedSurface& found, Pose& pose) const {
   const double size = size_of_surface(template_.faces, pose.x);
-  const auto normals = fine_.normals_of(pose.x);
   const BentSurface surface{template_.faces, topology_, template_.frame,   pose.x,
-                            normals,         is_sheet_, fine_.mean_edge(), size};
+                            found.normals,   is_sheet_, fine_.mean_edge(), size};
   pose.fit = fit_of(surface, found, true);
   pose.measure =
       measured(found.agreements.all, pose.observed, topology_.cells, template_.frame, pose.x);

@@ -225,8 +225,9 @@ FittedSurface SurfaceLevel::compared(SurfaceFrame frame, const Memory& memory, c
 
 /// Which vertices have a measured point, and how far the points are.
 FittedSurface SurfaceLevel::agreement_of(SurfaceFrame frame) const {
-  FittedSurface found{std::move(frame), {}, {}, {}, {}};
-  matcher_.update_distances(found.x, found.visibility, found.points);
+  FittedSurface found{std::move(frame), {}, {}, {}, {}, {}};
+  found.normals = normals_of(found.x);
+  matcher_.update_distances(found.x, found.normals, found.visibility, found.points);
   found.observed.resize(found.x.size());
   found.points.for_each_near([&](const Place& place) {
     for (std::size_t s = 0; s < 3; ++s) {

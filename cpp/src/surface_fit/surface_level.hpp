@@ -47,6 +47,7 @@ struct SurfaceFrame {
 
 /// A frame that was found.
 struct FittedSurface : SurfaceFrame {
+  std::vector<Vector3> normals;        ///< (k,) as normals_of
   std::vector<std::uint8_t> observed;  ///< (k,) 1 for vertices that have a measured point
   Agreements agreements;               ///< how well the positions explain the points
   /// The vertices of the largest component that is lost; none if none is.

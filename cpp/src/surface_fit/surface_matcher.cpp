@@ -180,7 +180,8 @@ Place SurfaceMatcher::finer_place(const Point& point, const Place& place,
 void SurfaceMatcher::compare_with(Field x, const Visibility& visibility,
                                   const SurfaceMatcher& finer, Field finer_frame,
                                   MatchedPoints& points) {
-  const Surface surface{x, normals_of(x), visibility};
+  const auto normals = normals_of(x);
+  const Surface surface{x, normals, visibility};
   const double squared_near = std::pow(constants_.resolution * mean_edge_, 2);
   places_.update_boxes(x);
   points.corrections.resize(points.points.size());
@@ -211,7 +212,8 @@ void SurfaceMatcher::for_each_block(std::size_t n, const Visit& visit) const {
 
 void SurfaceMatcher::nearest_places(Field x, const Visibility& visibility, double walked,
                                     MatchedPoints& points) {
-  const Surface surface{x, normals_of(x), visibility};
+  const auto normals = normals_of(x);
+  const Surface surface{x, normals, visibility};
   places_.update_boxes(x);
   for_each_block(points.places.size(), [&](std::size_t first, std::size_t last) {
     Place before;
@@ -226,7 +228,8 @@ void SurfaceMatcher::nearest_places(Field x, const Visibility& visibility, doubl
 
 SurfaceMatcher::Rows SurfaceMatcher::match(Field x, const Visibility& visibility,
                                            const MatchOptions& options, MatchedPoints& points) {
-  const Surface surface{x, normals_of(x), visibility};
+  const auto normals = normals_of(x);
+  const Surface surface{x, normals, visibility};
   places_.update_boxes(x);
   const double squared_near = std::pow(constants_.near * mean_edge_, 2);
   const double squared_reach = std::pow(constants_.corrected_within * mean_edge_, 2);
@@ -356,9 +359,9 @@ double SurfaceMatcher::distance_of(double share, std::span<const SurfaceRow> row
   return distances.empty() ? 0 : quantile(std::move(distances), share);
 }
 
-void SurfaceMatcher::update_distances(Field x, const Visibility& visibility,
+void SurfaceMatcher::update_distances(Field x, Field normals, const Visibility& visibility,
                                       MatchedPoints& points) const {
-  const Surface surface{x, normals_of(x), visibility};
+  const Surface surface{x, normals, visibility};
   points.agrees.resize(points.places.size());
   workers_.for_each_in_chunks(points.places.size(), [&](std::size_t i) {
     const Point& point = points.points[i];

@@ -122,7 +122,8 @@ class SurfaceMatcher {
   void nearest_places(Field x, const Visibility& visibility, double walked, MatchedPoints& points);
   /// Lets the nearest places of the points, whatever their normals, follow X without a search, and
   /// finds which of them agree with their points.
-  void update_distances(Field x, const Visibility& visibility, MatchedPoints& points) const;
+  void update_distances(Field x, Field normals, const Visibility& visibility,
+                        MatchedPoints& points) const;
 
   /// (components,) 1 for those of whose points the scan has more than a small share of what their
   /// place in the views of the sensors promises. Fewer are of something else.
@@ -136,7 +137,7 @@ class SurfaceMatcher {
   /// X as it is matched.
   struct Surface {
     Field x;
-    std::vector<Vector3> normals;
+    Field normals;
     const Visibility& visibility;
 
     [[nodiscard]] bool shows(const Place& place) const { return visibility.shows(place.face); }
