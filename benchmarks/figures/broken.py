@@ -32,7 +32,6 @@ def broken() -> dynmesh.Sequence:
     known[30:36] = False  # a dropout
     scan = rng.random(len(first)) < 0.02
     vertices[18:22, scan], known[18:22, scan] = 0, True  # holes written as zeros
-    vertices[48:] += np.array([0.4, 0, 0.1], np.float32)  # a cut
     stray = rng.integers(0, len(first), 60)
     vertices[70, stray] += rng.normal(0, 0.3, (60, 3)).astype(np.float32)
     known[70, stray] = True

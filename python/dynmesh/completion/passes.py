@@ -107,8 +107,6 @@ def verdict(tally: Tally, start: StartFrame, header: Header) -> tuple[Quality, s
         for how, messages in (("probably ruined", ruined), ("doubtful", doubtful))
         if messages
     ]
-    if tally.wrong:
-        parts.append("dynmesh info looks for causes")
     return ("ruined" if ruined else "doubtful" if doubtful else "good"), "; ".join(parts)
 
 

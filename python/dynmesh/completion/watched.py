@@ -3,7 +3,6 @@
 import contextlib
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -20,12 +19,12 @@ much as between the latter and others that moved, by their median, and than this
 edge, as of outliers."""
 
 
-def medians_at(edges: Integers, values: Floats, n_vertices: int, *, lower: bool = False) -> Floats:
-    """Returns the upper or lower median of the values of edges at each vertex; 0 without any."""
+def _medians_at(edges: Integers, values: Floats, n_vertices: int) -> Floats:
+    """Returns the upper median of the values of edges at each vertex; 0 without any."""
     both, twice = np.concatenate([edges[:, 0], edges[:, 1]]), np.tile(values, 2)
     order = np.lexsort([twice, both])
     counts = np.bincount(both, minlength=n_vertices)
-    middle = np.cumsum(counts) - counts + np.maximum(counts - lower, 0) // 2
+    middle = np.cumsum(counts) - counts + counts // 2
     return np.where(counts > 0, twice[order][np.minimum(middle, len(order) - 1)], 0.0)
 
 
@@ -53,11 +52,6 @@ class Places:
     def vertices(self) -> Integers:
         """Those that were met in any frame."""
         return np.flatnonzero(self._met)
-
-    @property
-    def places(self) -> dict[str, Any]:
-        """Where and how many they are, as keywords of a finding."""
-        return {"vertices": self.vertices, "frames": sorted(self.frames), "count": self.count}
 
     def told(self, header: Header) -> str:
         """Lists the first of them, such as "in frames 3 and 4: vertices 3, 7 and 12 others"."""
@@ -104,7 +98,7 @@ class Held:
         part = components_of(edges[stays.all(axis=1)], len(points))
         ends = edges[border]
         inside, outside = ends[stays[border]], ends[~stays[border]]
-        usual = medians_at(edges[moved], apart[moved], len(points))[outside]
+        usual = _medians_at(edges[moved], apart[moved], len(points))[outside]
         tears = apart[border] > np.maximum(_MANY_TIMES * usual, self._least)
         torn, whole = (
             np.bincount(part[of], minlength=len(points)) for of in (inside[tears], inside)
@@ -148,12 +142,8 @@ class Watched:
         """Says what is held."""
         if self.held.count:
             done = "they count as missing" if self._rejects else "`reject_outliers` leaves them out"
-            yield f"{told_of_held(self.held, self._source.header)}; {done}"
-
-
-def told_of_held(held: Places, header: Header) -> str:
-    """Says how many positions are held, and where."""
-    return (
-        f"{counted(held.count, 'known position')} held, the same bit for bit as in the frame "
-        f"before, while the surface beside moved, {held.told(header)}"
-    )
+            yield (
+                f"{counted(self.held.count, 'known position')} held, the same bit for bit as in "
+                "the frame before, while the surface beside moved, "
+                f"{self.held.told(self._source.header)}; {done}"
+            )

@@ -32,6 +32,7 @@ from ..frame import Frame, Frames
 from ..polygons import Faces
 from ..run import Run
 from ..sequence import result_of
+from ..topology import edges_of
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -349,11 +350,10 @@ def _report(
 
 def _of_unseen(source: Frames, seen: Mask) -> Iterator[str]:
     """Yields which share of the vertices only estimates describe, if some are in patches."""
-    is_inside = ~seen
-    for a, b in ((0, 1), (1, 2), (2, 0)):
-        for one, other in ((a, b), (b, a)):
-            is_inside[source.faces[seen[source.faces[:, other]], one]] = False
-    if is_inside.any():
+    edges = edges_of(source.faces, len(seen))
+    is_near = seen.copy()
+    is_near[edges[seen[edges].any(axis=1)]] = True
+    if not is_near.all():
         n = int(np.count_nonzero(~seen))
         yield (
             f"{counted(n, 'vertex')}, {percent(n / len(seen))} of all, are known in no frame that "

@@ -1,6 +1,7 @@
 """What a sequence is, and what is wrong with it."""
 
 import os
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import closing
 from dataclasses import dataclass
@@ -13,11 +14,12 @@ from .. import formats
 from .._checks import check_flags
 from .._errors import InputError
 from .._options import Input, Output
-from .._report import Quality, Report, aligned, as_json, percent
+from .._report import Quality, Report, aligned, as_json, counted, few_frames, percent
 from ..advice.diagnosis import Diagnosis, diagnose
 from ..formats import OneSequence, PathLike, Source
 from ..formats.times import spacing
 from ..polygons import Faces
+from ..whole_frames.window import best_frame
 
 _WIDTH = 80  # of findings, which are long
 _ERRORS_OF = {"position": "of coordinates", "surface": "of distances from the surface"}
@@ -94,10 +96,7 @@ class InfoReport(Report):
         meshes = {"meshes": as_json(self.meshes)} if self.meshes else {}
         if self.diagnosis is None:
             return meshes
-        values = self.diagnosis.as_dict() | meshes
-        if self.diagnosis.header.has_standard_error:
-            values["standard_error_of"] = self.diagnosis.header.standard_error_of
-        return values
+        return self.diagnosis.as_dict() | meshes
 
 
 def info(
@@ -212,7 +211,14 @@ def _facts(diagnosis: Diagnosis) -> Iterator[tuple[str, str]]:
     if len(shares := diagnosis.known_share[1:]):
         mean, low, high = (100 * share for share in (shares.mean(), shares.min(), shares.max()))
         message = f"{mean:.1f} % ({low:.1f} to {high:.1f} %)"
+        if diagnosis.never_known:
+            message += f"; {counted(diagnosis.never_known, 'vertex')} never"
     yield f"known after frame {first}", message
+    if (shares := diagnosis.known_share).min() < 1:
+        best = best_frame(shares.tolist())
+        yield "known at most", f"{percent(shares[best])}, in frame {header.number(best)}"
+    if len(none := np.flatnonzero(shares == 0)):
+        yield "nothing known", f"in {few_frames(none, header)}"
     yield "bounding-box diagonal", f"{diagnosis.diagonal:g}, of frame {first}"
     if diagnosis.mean_edge is not None:
         yield "mean edge", f"{diagnosis.mean_edge:g}, of frame {first}"
@@ -221,4 +227,6 @@ def _facts(diagnosis: Diagnosis) -> Iterator[tuple[str, str]]:
         yield "isolated vertices", str(topology.isolated_vertices)
         closed = "" if topology.boundary_edges else ", closed"
         yield "boundary edges", f"{topology.boundary_edges}{closed}"
-        yield "refused faces", str(len(topology.refused_faces))
+        kinds = Counter(face.kind for face in topology.refused_faces)
+        every = [f"{n} {kind.replace('_', ' ')}" for kind, n in kinds.items()]
+        yield "refused faces", ", ".join(every) or "0"

@@ -164,8 +164,7 @@ def test_ruined_frames_are_said_to_be(
     words = ("complete", tmp_path / "in.npz", tmp_path / "out.npz")
     said = run(*words, "--template", tmp_path / "whole.npz", code=3 if told else 0).stderr
     assert said.startswith(f"{words[-1]}: good; ") != bool(told)
-    assert said.count("dynmesh info looks for causes") == bool(told)
-    assert bool(told) == bool(re.search(f"probably ruined: .*{told}.*; dynmesh info", said))
+    assert bool(told) == bool(re.search(f"probably ruined: .*{told}", said))
 
 
 def test_frames_of_which_nothing_was_observed_count_once(tmp_path: Path) -> None:
