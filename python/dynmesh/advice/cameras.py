@@ -105,9 +105,9 @@ _FEWEST = 60
 _FIT = 0.12
 """Cameras fit if each has at most this share of points that others contradict, and of far ones: of
 right ones, 10 % were with outliers or a room, and of one turned by 4 degrees about its axis, 14."""
-_FEWER, _LESS, _AT_MOST = 0.5, 0.03, 0.4
-"""A reading is better if it leaves at most this share of wrong points, this much less of all, and
-at most this share of all, as a part of a room may be left; and worse if it leaves so much more."""
+_LESS = 0.5
+"""A reading is better if it leaves at most this share of the wrong points: a part of a room may be
+left."""
 
 
 @dataclass(frozen=True)
@@ -118,7 +118,6 @@ class Fit:
         cameras: the names of those of the first scan.
         apart: of the points of each camera, the share that another one contradicts, in whose image
             they are: it sees through them, or nothing there. Empty of a single camera.
-        unsupported: the share of all points that are contradicted or outside of other images.
         far: of each camera, the share of its points in the first scan that are far from the
             template, moved rigidly if there are several cameras; of a single camera that moves, in
             all scans. Empty without one.
@@ -126,13 +125,17 @@ class Fit:
 
     cameras: tuple[str, ...]
     apart: tuple[float, ...] = ()
-    unsupported: float | None = None
     far: tuple[float, ...] = ()
+
+    @property
+    def is_measured(self) -> bool:
+        """Whether there is anything to compare with."""
+        return bool(self.apart or self.far)
 
     @property
     def agrees(self) -> bool:
         """Whether cameras contradict one another hardly, and see the same."""
-        return not self.apart or max(self.apart) <= _FIT
+        return max(self.apart, default=0.0) <= _FIT
 
     @property
     def is_good(self) -> bool:
@@ -140,47 +143,35 @@ class Fit:
         return self.agrees and max(self.far, default=0.0) <= _FIT
 
     @property
-    def measures(self) -> list[float]:
-        """What is compared."""
-        of_cameras = [] if self.unsupported is None else [self.unsupported]
-        return [*of_cameras, *([float(np.mean(self.far))] if self.far else [])]
+    def wrong(self) -> float:
+        """By what readings are compared: the mean shares of what is wrong, added."""
+        return sum(float(np.mean(shares)) for shares in (self.apart, self.far) if shares)
 
     def is_better_than(self, other: "Fit") -> bool:
-        """Whether it leaves clearly less by one measure and not more by any."""
-        if not self.agrees or (len(self.cameras) == 1 and not self.is_good):
-            return False
-        pairs = [*zip(self.measures, other.measures, strict=True)]
-        better = (a <= min(_AT_MOST, _FEWER * b, b - _LESS) for a, b in pairs)
-        return any(better) and all(a <= b + _LESS for a, b in pairs)
+        """Whether cameras agree, and clearly less is wrong."""
+        fits = self.agrees if self.apart else self.is_good
+        return fits and self.wrong <= _LESS * other.wrong
 
-    @property
-    def shares(self) -> dict[str, tuple[float, ...]]:
-        """What is wrong with points, and the share of those of each camera."""
+    def told(self, camera: int | None = None) -> str:
+        """States the shares of the points of a camera, or of all."""
         every = {"contradict another camera": self.apart, "are far from the template": self.far}
-        return {what: shares for what, shares in every.items() if shares}
-
-    @property
-    def told(self) -> str:
-        """The shares of all, in words."""
-        facts = [f"{np.mean(each):.1%} {what}" for what, each in self.shares.items()]
+        facts = [
+            f"{np.mean(shares if camera is None else shares[camera]):.1%} {what}"
+            for what, shares in every.items()
+            if shares
+        ]
         return f"of the points, {' and '.join(facts)}" if facts else ""
 
     @property
     def named(self) -> tuple[str, ...]:
         """The cameras with their shares."""
-        rows = [
-            [f"{each[at]:.0%} {what}" for what, each in self.shares.items()]
-            for at in range(len(self.cameras))
-        ]
-        return tuple(
-            ": ".join(filter(None, (name, ", ".join(row))))
-            for name, row in zip(self.cameras, rows, strict=True)
-        )
+        every = ((name, self.told(number)) for number, name in enumerate(self.cameras))
+        return tuple(": ".join(filter(None, one)) for one in every)
 
 
 def _far_from(surface: Surface, scan: DepthScan, *, moves: bool) -> tuple[float, ...]:
     """The share of far points of each camera; with `moves`, after the rigid motion of tracking."""
-    clouds = [subject_of(cloud, surface) for cloud in without_jumps(scan).clouds]
+    clouds = [subject_of(cloud, surface) for cloud in scan.clouds]
     points = np.concatenate(clouds)
     extents = [np.linalg.norm(np.ptp(cloud, axis=0)) for cloud in clouds if len(cloud)]
     if len(points) < _FEWEST or max(extents) < _COVERED * surface.size:
@@ -195,13 +186,9 @@ def _far_from(surface: Surface, scan: DepthScan, *, moves: bool) -> tuple[float,
     return tuple(float(np.mean(own)) if len(own) else 0.0 for own in each)
 
 
-def _seen_by_others(scan: DepthScan) -> tuple[NDArray[np.int64], int]:
-    """Counts how often points of each camera are in the image of another one, and contradicted.
-
-    Returns these counts, (c, 2), and how often points might have been in another image.
-    """
-    scan = without_jumps(scan)
-    counts, n_pairs = np.zeros((len(scan.depth), 2), np.int64), 0
+def _seen_by_others(scan: DepthScan) -> NDArray[np.int64]:
+    """Counts how often points of each camera are in others' images, and contradicted, (c, 2)."""
+    counts = np.zeros((len(scan.depth), 2), np.int64)
     nearest = [_nearest_around(depth) for depth in scan.depth]
     for one, cloud in enumerate(scan.clouds):
         some = cloud[:: 1 + len(cloud) // _POINTS]
@@ -211,7 +198,6 @@ def _seen_by_others(scan: DepthScan) -> tuple[NDArray[np.int64], int]:
         for other, depth in enumerate(nearest):
             if other == one:
                 continue
-            n_pairs += len(some)
             pose = scan.poses[other]
             local = (some - pose[:3, 3]) @ np.linalg.inv(pose[:3, :3]).T
             local = local[local[:, 2] > 0]
@@ -220,7 +206,7 @@ def _seen_by_others(scan: DepthScan) -> tuple[NDArray[np.int64], int]:
             inside = (row >= 0) & (row < depth.shape[0]) & (column >= 0) & (column < depth.shape[1])
             there = depth[row[inside].astype(int), column[inside].astype(int)]
             counts[one] += len(there), np.count_nonzero(local[inside, 2] < there - near)
-    return counts, n_pairs
+    return counts
 
 
 def _nearest_around(depth: NDArray[np.float32]) -> Floats:
@@ -238,12 +224,12 @@ def fit_of(
     `moves` tells whether cameras do.
     """
     fit, is_single = Fit(tuple(cameras)), len(cameras) == 1
+    scans = [without_jumps(scan) for scan in scans]
     if not is_single:
         counts = [_seen_by_others(scan) for scan in scans if len(scan.depth) == len(cameras)]
-        seen, against = np.sum([each for each, _ in counts], axis=0).T
+        seen, against = np.sum(counts, axis=0).T
         apart = np.where(seen > 0, against / np.maximum(seen, 1), 1.0)
-        agreed = float((seen - against).sum()) / max(1, sum(n for _, n in counts))
-        fit = replace(fit, apart=tuple(apart.tolist()), unsupported=1 - agreed)
+        fit = replace(fit, apart=tuple(apart.tolist()))
     if surface is not None:
         compared = scans if is_single and moves else scans[:1]
         each = [_far_from(surface, scan, moves=not is_single) for scan in compared]

@@ -25,8 +25,8 @@ def rig_page(
     template: tuple[NDArray[np.integer[Any]], Positions] | None,
     up: str | None,
     title: str,
-    told: str,
     names: Sequence[str],
+    told: str,
 ) -> str:
     """Creates the HTML document, which needs no other file and no network.
 
@@ -66,7 +66,7 @@ def rig_page(
     seat = middle + direction / np.linalg.norm(direction) * radius
     plot.camera = [*seat.tolist(), *middle.tolist(), *np.eye(3)[axis].tolist()]
     about = {
-        "title": title,
+        "title": f"{title}, the first scan",
         "told": told,
         "cameras": [(f"#{c:06x}", name) for c, name in zip(cycle(_COLOURS), names, strict=False)],
         "lines": plot.objects[-1].id,

@@ -3,6 +3,7 @@
 import contextlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Unpack
 
@@ -41,7 +42,6 @@ class RigReport(Report):
         meant: how the scans fit then.
         files: those in which the cameras are stated.
         output: the file with the corrected cameras that was written, or None.
-        has_template: whether there is one.
     """
 
     stated: Fit
@@ -50,7 +50,6 @@ class RigReport(Report):
     meant: Fit | None = None
     files: tuple[Path, ...] = field(default=(), repr=False)
     output: Path | None = None
-    has_template: bool = field(default=False, repr=False)
     _html: Callable[[str], str] = field(repr=False)
 
     def lines(self) -> list[str]:
@@ -72,13 +71,13 @@ class RigReport(Report):
     @property
     def told(self) -> str:
         """What was found, in a sentence."""
-        facts = self.stated.told
+        facts = self.stated.told()
         if self.meant is not None:
-            return f"{self.wrong}: {facts}, but {self.meant.told} if that is corrected"
+            return f"{self.wrong}: {facts}, but {self.meant.told()} if that is corrected"
         if self.rig is not None:
             every = [camera.name for camera in self.rig.cameras]
             blind = ", ".join(name for name in every if name not in self.stated.cameras)
-            if not self.has_template:
+            if not self.stated.far:
                 facts += "; a template tells whether images are mirrored or depths along rays"
             if blind:
                 facts += f"; those without an image in it are not judged: {blind}"
@@ -99,7 +98,6 @@ def rig(
     scan_unit: Input[float | str | None] = None,
     template_unit: Input[float | str | None] = None,
     crop: Input[Crop | str | None] = None,
-    remove_planes: Input[bool] = False,
     progress: bool | None = None,
     **of_scans: Unpack[ScanSource],
 ) -> RigReport:
@@ -108,7 +106,8 @@ def rig(
     Some scans are compared with one another, and the first one with the template. If they disagree,
     every single reading of the file is tried: inverted poses, axes of OpenGL, millimetres, images
     of another size, depths along rays, mirrored images. The result is doubtful if the cameras do
-    not fit. A single camera cannot be judged, unless the template lies where its points are.
+    not fit. A single camera cannot be judged, unless the template lies where its points are. Floor
+    and walls, planes that are larger than the template, are left out.
 
     Args:
         scans: depth images, as for tracking.
@@ -119,18 +118,15 @@ def rig(
         template_unit: the unit of length of a template whose file states none.
         crop: leave out points outside the box x,y,z,x,y,z, or farther than this from that of the
             mesh, in the unit of the scans.
-        remove_planes: whether to leave out floor and walls: planes in the first scan that are
-            larger than the mesh.
         progress: whether to show on standard error how far it is.
         of_scans: how the scans are read: `cameras`, `poses`, `gaps`, `subject` and
             `least_confidence` of :func:`dynmesh.scans.open_scans`.
     """
     path = path_of("scans", scans)
     # Without a crop, planes are found by themselves, but what it leaves of them may be too small.
-    room = Background(crop, remove_planes or crop is not None)
-    needs = {"crop": room.follows, "remove_planes": remove_planes}
-    if template is None and (argument := next((name for name in needs if needs[name]), None)):
-        raise InputError("needs a `template`", argument=argument)
+    room = Background(crop, crop is not None)
+    if template is None and room.follows:
+        raise InputError("needs a `template`", argument="crop")
     reading: ScanSource = {"gaps": "lost", **of_scans}
     stated = read_rig(path, reading.pop("cameras", None), reading.pop("poses", None))
 
@@ -169,30 +165,24 @@ def rig(
         compared = [*left(stated)]
         first = fit(compared)
         body = None if surface is None else (surface.faces, surface.points / room.factor)
-        shown = compared[0].scaled(1 / room.factor)
-        title = f"{path.name}, the first scan"
-        result = RigReport(
-            stated=first,
-            rig=stated,
-            files=() if stated.file is None else (stated.file,),
-            has_template=body is not None,
-            _html=lambda told: rig_page(shown, body, up, title, told, first.named),
+        page_of = partial(
+            rig_page, compared[0].scaled(1 / room.factor), body, up, path.name, first.named
         )
-        if not result.stated.measures:
-            return replace(result, rig=None)
-        if result.stated.is_good:
-            return result
-        better = []
-        for done, (wrong, change) in enumerate(READINGS.items()):
+        result = RigReport(
+            stated=first, files=() if stated.file is None else (stated.file,), _html=page_of
+        )
+        if first.is_measured and first.is_good:
+            return replace(result, rig=stated)
+        better = list[tuple[str, Rig, Fit]]()
+        for done, (wrong, change) in enumerate(READINGS.items() if first.is_measured else ()):
             show(done, len(READINGS))
             meant = replace(stated, cameras=tuple(map(change, stated.cameras)))
             # Some readings are refused, as mirrored images with a distortion are.
             with contextlib.suppress(InputError):
-                if (other := fit([*left(meant)])).is_better_than(result.stated):
-                    better.append((sum(other.measures), wrong, meant, other))
-    result = replace(result, rig=None)
+                if (other := fit([*left(meant)])).is_better_than(first):
+                    better.append((wrong, meant, other))
     if better:
-        _, wrong, meant, other = min(better, key=lambda one: one[0])
+        wrong, meant, other = min(better, key=lambda one: one[2].wrong)
         result = replace(result, rig=meant, wrong=wrong, meant=other)
     elif len(names) == 1:
         return result

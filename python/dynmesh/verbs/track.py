@@ -209,7 +209,6 @@ def track(
                 "scan_unit": scan_unit,
                 "template_unit": template_unit,
                 "crop": crop,
-                "remove_planes": remove_planes,
                 **of_scans,
             }
             words = command("rig", path, **options)

@@ -191,7 +191,8 @@ def test_what_no_reading_explains_is_told_with_the_share_of_each_camera(
     wrong = ("--cameras", tmp_path / "wrong.json")
     said = run(*words, folder / "body.obj", *wrong, code=3).stdout
     shares = {
-        name: int(far) for name, far in re.findall(r"(\d): \d+% con\w+ another \w+, (\d+)% ", said)
+        name: float(far)
+        for name, far in re.findall(r"(\d): of the points, .*? another camera and ([\d.]+)% ", said)
     }
     assert max(shares, key=lambda name: shares[name]) == "2"
     assert "o.json is not written" in said

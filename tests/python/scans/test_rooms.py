@@ -79,7 +79,7 @@ def test_a_template_is_registered_with_a_scan_in_a_room(rooms: Path) -> None:
     assert "no plane was removed" in told.stderr
 
 
-@pytest.mark.parametrize("options", [(), ("--remove-planes",), ("--crop", "0.3")])
+@pytest.mark.parametrize("options", [(), ("--crop", "0.3")])
 def test_right_cameras_fit_in_a_room(options: tuple[str, ...], rooms: Path, tmp_path: Path) -> None:
     words = ("rig", rooms / "depth", "--template", rooms / "body.obj")
     run(*words, *options)
