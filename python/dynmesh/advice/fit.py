@@ -10,12 +10,10 @@ from .. import _core
 from .._arrays import Positions
 from ..registration import Landmarks
 from ..scan import Scan, inside_out
-from ..topology import size_of
 from ..tracking.background import Background, planes_around
 from ..tracking.inputs import Units
 
-_MISPLACED = 0.03
-"""Farther from its position than this share of the diagonal, a landmark is named."""
+LANDMARKS = "`landmarks` say where ends and corners, for example, belong"
 
 
 def sizes(of_scan: float, of_template: float, units: Units) -> str:
@@ -45,13 +43,11 @@ def contents(scan: Scan, template: Positions, faces: NDArray[np.integer], room: 
     )
 
 
-def misplaced(vertices: Positions, landmarks: Landmarks) -> str:
-    """Names the landmark that is farthest from its vertex, as registered; empty if none is far."""
+def farthest(vertices: Positions, landmarks: Landmarks) -> str:
+    """Names the landmark that is farthest from its vertex, as registered."""
     marked, positions = landmarks
     distances = np.linalg.norm(vertices[marked] - positions, axis=1)
     worst = int(distances.argmax())
-    if distances[worst] <= _MISPLACED * size_of(vertices):
-        return ""
     return f"vertex {marked[worst]} lies {distances[worst]:.3g} from its landmark"
 
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from .._arrays import Positions
 from .._errors import InputError, locating
-from ..advice.fit import contents, sizes
+from ..advice.fit import LANDMARKS, contents, sizes
 from ..alignment import Alignment, find_alignment
 from ..completion.start import template_of
 from ..frame import Frames
@@ -90,17 +90,16 @@ def placed_in(
         f"({result.before * result.mean_edge:.3g} in its unit) away"
     )
 
-    size, diagonal = size_of(template[np.unique(faces)]), size_of(scan.cloud)
-    stated = sizes(diagonal / units.factor, size, units)
+    stated = sizes(size_of(scan.cloud) / units.factor, size_of(template[np.unique(faces)]), units)
 
     def told(*faults: str) -> str:
         """What is wrong, what there is, and what can be done."""
-        is_small = stated and diagonal < size
-        seen = stated if is_small else contents(scan, template, faces, room)
-        return "; ".join(filter(None, [*dict.fromkeys([*faults, seen]), advice]))
+        seen = contents(scan, template, faces, room) or stated
+        return "; ".join(filter(None, [*faults, seen, advice]))
 
     if result.other_unit:
-        raise InputError(told(away, stated), file=mesh.path)
+        message = "; ".join(filter(None, [away, stated, advice]))
+        raise InputError(message, file=mesh.path)
     placed = partial(Placed, distance=result.before, advice=told)
     start, tracked = template, None
     if result.matches:
@@ -124,7 +123,7 @@ def placed_in(
     ):
         doubt = f"{registered.others:.0%} of the points belong to other things, which may be it"
     elif doubt and landmarks is None:
-        doubt += "; `landmarks` say where ends and corners, for example, belong"
+        doubt += f"; {LANDMARKS}"
     if doubt and landmarks is None and tracked and tracked.misfit <= registered.misfit:
         # Tracking will tell whether it explains the points, but not what has none.
         doubt = doubt if registered.cause in ("size", "part") else ""

@@ -8,13 +8,13 @@ from typing import Any, Unpack, overload
 
 import numpy as np
 
-from .. import _core, formats, registration
+from .. import formats, registration
 from .._arrays import Positions
 from .._checks import check_integer, path_of
 from .._errors import InputError
 from .._options import Input, Method
 from .._report import Report, as_json, steps
-from ..advice.fit import contents, misplaced, sizes
+from ..advice.fit import LANDMARKS, contents, farthest, sizes
 from ..completion.start import template_of
 from ..draw.page import Page
 from ..draw.page import page as scan_page
@@ -23,7 +23,7 @@ from ..frame import Frame, Frames
 from ..polygons import Faces, Mesh
 from ..registration import Landmarks, Registration
 from ..run import Run
-from ..scan import PointScan, Scan
+from ..scan import Scan
 from ..scans import ScanReader, ScanSource
 from ..sequence import Sequence
 from ..topology import size_of
@@ -132,6 +132,9 @@ def registered(
         size = size_of(own[np.unique(mesh.faces)])
         first = np.asarray(own / units.factor, own.dtype)  # in the unit of the scan
 
+        def sizes_in(left: Scan) -> str:
+            return "" if scale else sizes(size_of(left.cloud), size, units)
+
         def fit(left: Scan) -> Registration:
             try:
                 with steps("registering", progress):
@@ -146,11 +149,7 @@ def registered(
                     )
             except InputError as error:
                 about = marked[0] if str(error).startswith("landmarks: ") else None
-                message = str(error)
-                if "same unit" in message:
-                    seen = contents(left, first, mesh.faces, room)
-                    stated = sizes(size_of(left.cloud), size, units)
-                    message = "; ".join(filter(None, [stated or message, seen]))
+                message = "; ".join(filter(None, [str(error), sizes_in(left)]))
                 raise InputError(message, file=about) from error
 
         def make() -> Generator[Frame, None, RegisterReport]:
@@ -160,25 +159,18 @@ def registered(
                     raise InputError("all of its images are missing or damaged")
                 left = room.enter(measured, mesh.faces, first)
                 result = fit(left)
-                remark = seen = ""
-                if scale:
-                    times = result.scale * result.growth
-                    remark = f"the template became {times:.3g} times as large"
-                elif result.quality != "good":
-                    diagonal = size_of(left.cloud)
-                    remark = sizes(diagonal, size, units)
+                seen = ""
+                if result.quality != "good" and not scale:
                     # A plane in the scan of a larger subject may be a part of it.
-                    if result.cause != "size" and not (remark and diagonal * units.factor < size):
+                    if result.cause != "size":
                         seen = contents(left, first, mesh.faces, room)
-                    remark = "" if seen else remark
-                    # A part is small, whatever the size of the subject.
-                    if remark and result.cause != "part":
-                        remark += "; `scale` finds it in any size"
+                    seen = seen or sizes_in(left)
             yield Frame(result.vertices)
-            reason = _reason(result, left, marks, align, seen)
+            times = result.scale * result.growth
+            remark = f"the template became {times:.3g} times as large" if scale else ""
             return RegisterReport(
                 quality=result.quality,
-                reason=reason,
+                reason=_reason(result, marks, seen),
                 remarks=(*filter(None, [remark, room.remark]), *reader.lost, *reader.remarks),
                 registration=result,
                 _show=lambda: _page(result, mesh, reader),
@@ -212,30 +204,13 @@ def _page(registration: Registration, mesh: Frames, reader: ScanReader) -> Page:
     )
 
 
-def _reason(
-    registration: Registration, scan: Scan, landmarks: Landmarks | None, align: bool, seen: str
-) -> str:
+def _reason(result: Registration, landmarks: Landmarks | None, seen: str) -> str:
     """The quality and its reason, and what to do about it; empty if it is good."""
-    if registration.quality == "good":
+    if result.quality == "good":
         return ""
-    wrong = seen
-    if landmarks is not None:
-        wrong = wrong or misplaced(registration.vertices, landmarks)
-    message = ": ".join(filter(None, [registration.quality, wrong, registration.reason]))
-    if registration.cause in ("unseen", "pose", "place") and not align:
-        message += "; the template was not moved into the scan, which `align` does"
-    elif (
-        registration.cause in ("part", "place")
-        and registration.hole > _core.large_hole
-        and isinstance(scan, PointScan)
-        and scan.viewpoints is None
-    ):
-        message += "; `cameras` says which part could not be seen"
-    elif registration.cause in ("pose", "place") and landmarks is None:
-        message += (
-            "; landmarks say where points that are easy to find, such as ends and corners, belong"
-        )
-    return message
+    about = LANDMARKS if landmarks is None else farthest(result.vertices, landmarks)
+    told = "; ".join(filter(None, [result.reason, seen, about]))
+    return f"{result.quality}: {told}"
 
 
 @overload
