@@ -256,6 +256,21 @@ def from_one_side(tells: bool, subject: Subject, rng: np.random.Generator) -> Mo
         yield moment._replace(scan=seen, viewpoints=sensor if tells else None)
 
 
+def behind_a_board(subject: Subject, rng: np.random.Generator) -> Moments:
+    """From frame 2 on, a board hides the upper half from the only sensor."""
+    sensor = np.array([[0.0, -3 * subject.size, 0]])
+    for n, moment in enumerate(moving(subject, rng)):
+        points, normals = seen_by(sensor, moment.scan)
+        middle = moment.truth.mean(axis=0)
+        board = np.array([middle[0], moment.truth[:, 1].min() - 15, middle[2]])
+        share = (board - sensor)[:, 1] / (points - sensor)[:, 1]
+        at_board = sensor + share[:, None] * (points - sensor)
+        kept = at_board[:, 2] < board[2] if n >= 2 else np.ones(len(points), bool)
+        seen = moment._replace(scan=(points[kept], normals[kept]), viewpoints=sensor)
+        of_board = board + subject.size * rng.uniform([-1, 0, 0], [1, 0, 1], (3000, 3))
+        yield among(seen, of_board, np.tile([0.0, -1, 0], (3000, 1))) if n >= 2 else seen
+
+
 def without(share: float, subject: Subject, rng: np.random.Generator) -> Moments:
     """Of the highest part of the subject, this share of all points, nothing is measured."""
     sensors = 4 * subject.size * np.array([[1.0, 0, 0.5], [-1, 1, 0.5], [-1, -1, 0.5]])
@@ -355,6 +370,7 @@ STORIES = {
     "four cameras around many parts": Story("beetle", part(with_depth, cameras=4), "g"),
     "one side": Story("bust", part(from_one_side, True), "g"),
     "one side, from anywhere": Story("bust", part(from_one_side, False), "ggg."),
+    "a board before it": Story("bust", behind_a_board, "g", 4),
     "a little not measured": Story("hand", part(without, 0.04), "g"),
     "a limb not measured": Story("hand", part(without, 0.3), ".n"),
     "no normals": Story("hand", part(with_normals, lambda _: None), "g"),
