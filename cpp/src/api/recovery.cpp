@@ -74,11 +74,10 @@ Measure Recovery::measure(const Memory& memory, const FittedSurface& found,
                           bool was_registered) const {
   const Cells& cells = mesh_.topology.cells;
   const PointScan& scan = *found.points.scan;
-  Measure made = measured(found.agreements.all, found.observed, cells, first_, found.x);
   const double reach = surface_.constants().radius * surface_.mean_edge();
   const Evidence evidence =
       evidence_of(bent(found.x, found.normals), found.points, {reach, seen_}, mesh_.workers);
-  add_evidence(evidence, made);
+  Measure made = measured(found, evidence, cells, first_);
   const Field before = last_held(memory);
   made.change = change_of(cells, before, found.x).stretch;
   made.parted = parted_share(surface_.ties(), before, found.x, surface_.mean_edge());

@@ -190,25 +190,16 @@ void CompletionQuality::leave_out(const Memory& memory, Memory& next) {
     return;
   }
   std::swap(next.completion.ruined, next.last);
-  const auto keep = [](const auto& before, auto& now) { std::ranges::copy(before, now.begin()); };
-  keep(memory.last, next.last);
-  keep(memory.q, next.q);
-  keep(memory.m, next.m);
-  keep(memory.departures, next.departures);
-  keep(memory.completion.u, next.completion.u);
-  keep(memory.sizes, next.sizes);
+  next.last = memory.last;
+  next.q = memory.q;
+  next.m = memory.m;
+  next.sizes = memory.sizes;
+  next.fit = memory.fit;
+  next.departures = memory.departures;
+  next.completion.u = memory.completion.u;
   next.completion.lambda = memory.completion.lambda;
   next.completion.gains = memory.completion.gains;
-  next.fit = memory.fit;
-  keep(memory.errors.errors, next.errors.errors);
-  keep(memory.errors.changes, next.errors.changes);
-  keep(memory.errors.energies, next.errors.energies);
-  keep(memory.errors.turns, next.errors.turns);
-  next.errors.energy = memory.errors.energy;
-  next.errors.of_noise = memory.errors.of_noise;
-  next.errors.of_shape = memory.errors.of_shape;
-  next.errors.frame = memory.errors.frame;
-  next.errors.turns_of_all = memory.errors.turns_of_all;
+  static_cast<Ensemble&>(next.errors) = memory.errors;
 }
 
 void CompletionQuality::describe(const Memory& memory, FrameReport& report) {

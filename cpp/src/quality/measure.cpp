@@ -58,25 +58,22 @@ double parted_share(std::span<const Tie> ties, Field before, Field after, double
   return all > 0 ? parted / all : 0;
 }
 
-Measure measured(const Agreement& agreement, std::span<const std::uint8_t> observed,
-                 const Cells& cells, Field first_frame, Field x) {
+Measure measured(const FittedSurface& surface, const Evidence& evidence, const Cells& cells,
+                 Field first_frame) {
+  const Change change = change_of(cells, first_frame, surface.x);
+  const auto n_observed = static_cast<double>(std::ranges::count(surface.observed, 1));
   Measure found;
-  found.agreement = agreement;
-  const Change change = change_of(cells, first_frame, x);
+  found.agreement = surface.agreements.all;
+  found.hole = evidence.hole;
   found.stretch = change.stretch;
   found.growth = change.growth;
-  found.seen =
-      static_cast<double>(std::ranges::count(observed, 1)) / static_cast<double>(observed.size());
+  found.explained = evidence.explained;
+  found.contradicted = evidence.contradicted();
+  found.others = evidence.others;
+  found.others_distance = evidence.others_distance;
+  found.noise = evidence.points.noise;
+  found.seen = n_observed / static_cast<double>(surface.x.size());
   return found;
-}
-
-void add_evidence(const Evidence& evidence, Measure& measure) {
-  measure.explained = evidence.explained;
-  measure.contradicted = evidence.contradicted();
-  measure.hole = evidence.hole;
-  measure.others = evidence.others;
-  measure.others_distance = evidence.others_distance;
-  measure.noise = evidence.points.noise;
 }
 
 void add_frame(const Measure& measure, RecentFrames& recent) {
@@ -90,7 +87,6 @@ void add_frame(const Measure& measure, RecentFrames& recent) {
   add(1 - measure.explained, recent.missing);
   add(measure.hole, recent.hole);
   if (measure.quality == Quality::good || recent.count == 0) {
-    add(measure.contradicted, recent.contradicted);
     add(measure.stretch, recent.stretch);
     add(measure.change, recent.change);
     add(measure.parted, recent.parted);

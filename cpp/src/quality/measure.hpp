@@ -1,7 +1,6 @@
 /// Measures and judges how a surface lies in a scan.
 #pragma once
 
-#include <cstdint>
 #include <dynmesh/quality.hpp>
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
@@ -10,7 +9,7 @@
 #include "mesh/ties.hpp"
 #include "quality/evidence.hpp"
 #include "shape/memory.hpp"
-#include "surface_fit/surface_matcher.hpp"
+#include "surface_fit/surface_level.hpp"
 
 namespace dynmesh {
 
@@ -25,13 +24,10 @@ Change change_of(const Cells& cells, Field before, Field after);
 /// or together, by more than three mean edges. 0 without any.
 double parted_share(std::span<const Tie> ties, Field before, Field after, double mean_edge);
 
-/// How the points and the edges agree with a surface X (k,), of which some vertices are observed.
-/// Nothing is unexplained, and the quality is not judged.
-Measure measured(const Agreement& agreement, std::span<const std::uint8_t> observed,
-                 const Cells& cells, Field first_frame, Field x);
-
-/// Adds what speaks for the mesh and against it.
-void add_evidence(const Evidence& evidence, Measure& measure);
+/// How the points and the edges agree with a surface that was found. Nothing is unexplained, and
+/// the quality is not judged.
+Measure measured(const FittedSurface& surface, const Evidence& evidence, const Cells& cells,
+                 Field first_frame);
 
 /// What is known beside the measure of a frame.
 struct Before {

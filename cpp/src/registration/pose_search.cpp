@@ -440,10 +440,8 @@ void PoseSearch::judge(const Wanted& wanted, const FittedSurface& found, Pose& p
   const BentSurface surface{template_.faces, topology_, template_.frame,   pose.x,
                             found.normals,   is_sheet_, fine_.mean_edge(), size};
   pose.fit = fit_of(surface, found, true);
-  pose.measure =
-      measured(found.agreements.all, pose.observed, topology_.cells, template_.frame, pose.x);
+  pose.measure = measured(found, pose.fit.evidence, topology_.cells, template_.frame);
   pose.measure.stretch = pose.fit.stretch;
-  add_evidence(pose.fit.evidence, pose.measure);
   pose.measure.unexplained =
       unexplained_beside(found.points, is_border_, pose.fit.evidence.points.noise);
   pose.measure.overlap = overlap_of(surface);

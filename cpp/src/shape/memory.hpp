@@ -57,15 +57,17 @@ struct TurnMemory {
 };
 
 /// The ensemble of errors; all vectors are empty if standard errors are not wanted.
-struct ErrorMemory {
-  std::vector<Vector3> errors;          ///< (3 k,) e, of the shape in memory
-  std::vector<Vector3> changes;         ///< (3 k,) eta, how the true shape changes, of unit size
-  std::vector<Energy> energies;         ///< (k,) of earlier frames, around each vertex
-  Energy energy;                        ///< of earlier frames, over the mesh
-  Energy of_noise, of_shape;            ///< of recent frames, over the mesh, for noise of size 1
-  std::uint64_t frame = 0;              ///< the number of frames since the ensemble was begun
-  std::vector<TurnMemory> turns;        ///< (components,), if there are several
-  Energy turns_of_all;                  ///< squared angles and axes, as of one of them
+struct Ensemble {
+  std::vector<Vector3> errors;    ///< (3 k,) e, of the shape in memory
+  std::vector<Vector3> changes;   ///< (3 k,) eta, how the true shape changes, of unit size
+  std::vector<Energy> energies;   ///< (k,) of earlier frames, around each vertex
+  Energy energy;                  ///< of earlier frames, over the mesh
+  Energy of_noise, of_shape;      ///< of recent frames, over the mesh, for noise of size 1
+  std::uint64_t frame = 0;        ///< the number of frames since the ensemble was begun
+  std::vector<TurnMemory> turns;  ///< (components,), if there are several
+  Energy turns_of_all;            ///< squared angles and axes, as of one of them
+};
+struct ErrorMemory : Ensemble {
   std::vector<double> standard_errors;  ///< (k,) of the last frame
 };
 
@@ -119,7 +121,7 @@ struct Usual {
 struct RecentFrames {
   double count = 0;
   Usual missing;  ///< 1 - explained
-  Usual hole, contradicted, stretch, change, parted;
+  Usual hole, stretch, change, parted;
   double growth = 1;  ///< of the last one
 };
 
@@ -251,9 +253,8 @@ void each_number(Visited& memory, const Visit& visit) {
   visit(memory.errors.standard_errors, false);  // infinite for disconnected vertices
   visit(tracking.good);
   visit(tracking.recent.count);
-  for (auto* usual :
-       {&tracking.recent.missing, &tracking.recent.hole, &tracking.recent.contradicted,
-        &tracking.recent.stretch, &tracking.recent.change, &tracking.recent.parted}) {
+  for (auto* usual : {&tracking.recent.missing, &tracking.recent.hole, &tracking.recent.stretch,
+                      &tracking.recent.change, &tracking.recent.parted}) {
     visit(usual->mean);
     visit(usual->deviation);
   }
