@@ -104,6 +104,11 @@ def size_of(points: Positions) -> float:
     return float(np.linalg.norm(np.ptp(points, axis=0))) or 1.0 if len(points) else 1.0
 
 
+def size_of_surface(faces: NDArray[np.integer[Any]], points: Positions) -> float:
+    """The same of the vertices that have a face."""
+    return size_of(points[np.unique(faces)])
+
+
 def likely_up(first: Positions, said: str | None) -> str:
     """Returns the up axis: as a file states it, else z for a flat sheet or what is tall, else y.
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from .._arrays import Floats, Positions
 from ..alignment import find_alignment
 from ..scans import DepthScan
-from ..topology import mean_edge_of, size_of, vertex_normals
+from ..topology import mean_edge_of, size_of_surface, vertex_normals
 from ..tracking.background import without_planes
 
 _EXAMINED = 10000
@@ -39,14 +39,14 @@ class Surface:
         points: (n, 3) the vertices.
         faces: (m, 3) triangles.
         mean_edge: the mean length of the edges.
-        size: the diagonal of the bounding box.
+        size: the diagonal of its bounding box.
     """
 
     def __init__(self, faces: NDArray[np.integer[Any]], points: Positions) -> None:
         self.faces = faces
         self.points = points.astype(np.float64)
         self.mean_edge = mean_edge_of(self.points, faces)
-        self.size = size_of(self.points)
+        self.size = size_of_surface(faces, self.points)
         normals = vertex_normals(faces, self.points)
         used = np.flatnonzero(normals.any(axis=1))
         every = 1 + (len(used) - 1) // _SAMPLES

@@ -13,7 +13,7 @@ from .._arrays import Floats, Mask, Positions
 from .._checks import check_flags, check_not_negative
 from .._errors import InputError
 from ..scans import DepthScan, PointScan, Scan
-from ..topology import mean_edge_of
+from ..topology import mean_edge_of, size_of_surface
 
 _TRIALS = 1000
 _EXAMINED = 2000
@@ -96,8 +96,7 @@ def planes_around(
     template: Positions, faces: NDArray[Any], cloud: Positions, depths: Floats | None = None
 ) -> list[Plane]:
     """Finds the planes in a scan that are larger than a template."""
-    size = float(np.linalg.norm(np.ptp(template[np.unique(faces)], axis=0)))
-    thickness = mean_edge_of(template, faces)
+    size, thickness = size_of_surface(faces, template), mean_edge_of(template, faces)
     return planes_of_background(cloud, depths, thickness=thickness, size=size)
 
 

@@ -21,7 +21,7 @@ from ..frame import Frames
 from ..registration import Landmarks, Registration, register
 from ..scan import inside_out
 from ..scans import Scan, ScanReader
-from ..topology import size_of
+from ..topology import size_of, size_of_surface
 from ..tracker import Tracker, TrackingReport
 from .background import Background
 from .inputs import Units
@@ -90,7 +90,7 @@ def placed_in(
         f"({result.before * result.mean_edge:.3g} in its unit) away"
     )
 
-    stated = sizes(size_of(scan.cloud) / units.factor, size_of(template[np.unique(faces)]), units)
+    stated = sizes(size_of(scan.cloud) / units.factor, size_of_surface(faces, template), units)
 
     def told(*faults: str) -> str:
         """What is wrong, what there is, and what can be done."""

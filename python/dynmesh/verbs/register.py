@@ -26,7 +26,7 @@ from ..run import Run
 from ..scan import Scan
 from ..scans import ScanReader, ScanSource
 from ..sequence import Sequence
-from ..topology import size_of
+from ..topology import size_of, size_of_surface
 from ..tracking.background import Background, Crop
 from ..tracking.inputs import open_single, read_landmarks, units_of
 
@@ -129,7 +129,7 @@ def registered(
         mesh = stack.enter_context(formats.opened(template, "template"))
         units = units_of(reader, mesh, scan_unit, template_unit, assumes=True)
         own = template_of(mesh)
-        size = size_of(own[np.unique(mesh.faces)])
+        size = size_of_surface(mesh.faces, own)
         first = np.asarray(own / units.factor, own.dtype)  # in the unit of the scan
 
         def sizes_in(left: Scan) -> str:

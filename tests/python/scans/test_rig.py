@@ -210,6 +210,20 @@ def test_a_camera_without_an_image_is_not_judged(folder: Path, tmp_path: Path) -
     assert told.endswith("those without an image in it are not judged: 1\n")
 
 
+def test_a_vertex_of_the_template_without_a_face_does_not_count(
+    folder: Path, tmp_path: Path
+) -> None:
+    body = dynmesh.read(folder / "body.obj")
+    stray = np.concatenate([body.vertices, [[[1e3, 0, 0]]]], axis=1)
+    dynmesh.write(tmp_path / "body.obj", dynmesh.Sequence(stray, body.faces))
+    right = read_cameras(folder / "single" / "cameras.json")
+    write_cameras(tmp_path / "wrong.json", changed(MISREAD["inverted"][0], right))
+    words = ("rig", folder / "single", "--template", tmp_path / "body.obj")
+    run(*words)
+    said = run(*words, "--cameras", tmp_path / "wrong.json", code=3).stdout
+    assert "the poses are inverted" in said
+
+
 def test_a_template_without_a_unit_gets_one(folder: Path, tmp_path: Path) -> None:
     right = read_cameras(folder / "depth" / "cameras.json")
     write_cameras(tmp_path / "metres.json", replace(right, metres_per_unit=1.0))
