@@ -72,7 +72,8 @@ class MeshInScan(Agreement):
         others: the share of the points that lie on nothing of the mesh, since other things were
             measured as well. They do not make it worse.
         others_distance: their median distance from the mesh.
-        noise: the standard deviation of the points about their surface.
+        noise: the standard deviation of the points about their surface; 0 if hardly any vertex has
+            several.
         unexplained: of the points beside the mesh, on its side and within its outline, the share
             that is farther from it than their noise explains: four times the median distance, but
             at least a quarter of a mean edge.

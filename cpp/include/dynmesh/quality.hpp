@@ -76,7 +76,7 @@ struct DYNMESH_EXPORT Measure {
   /// well, and their median distance from it.
   double others = 0;
   double others_distance = 0;
-  /// The standard deviation of the points about their surface.
+  /// The standard deviation of the points about their surface; 0 if hardly any vertex has several.
   double noise = 0;
   /// What speaks against the mesh, as a multiple of what a good one has at most. Either of two is
   /// more than 1 if it is not good: the share that is not explained, divided by 0.1 or by what is

@@ -85,9 +85,8 @@ Measure Recovery::measure(const Memory& memory, const FittedSurface& found,
   if (!found.lost.empty() && found.agreements.all.points > 0) {
     made.lost = static_cast<double>(found.lost.front());
   }
-  made.quality = judged(
-      made, {memory.tracking.recent, !scan.sensors.empty(), made.noise / surface_.mean_edge(),
-             was_registered, hold_of(memory) == Hold::misplaced});
+  made.quality = judged(made, {memory.tracking.recent, !scan.sensors.empty(), was_registered,
+                               hold_of(memory) == Hold::misplaced});
   return made;
 }
 

@@ -28,8 +28,7 @@ constexpr std::size_t most_distances = 32;
 
 /// How near a point must be to lie on the surface.
 double reach_of(double noise, double mean_edge) {
-  const double counted = noise < quality_limits.most_noise * mean_edge ? noise : 0;
-  return std::max(quality_limits.near_edges * mean_edge, quality_limits.near_noise * counted);
+  return std::max(quality_limits.near_edges * mean_edge, quality_limits.near_noise * noise);
 }
 
 /// (k,) 1 for vertices that are at most so far along edges from one that is marked.
@@ -91,40 +90,29 @@ std::vector<double> compared_at_vertices(std::span<const Height> heights, std::s
 }  // namespace
 
 PointQuality quality_of(const BentSurface& surface, const MatchedPoints& points) {
-  constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
   const std::size_t n_points = points.places.size();
-  const double squared_near = std::pow(2 * surface.mean_edge, 2);
   std::vector<Height> heights;
-  std::vector<double> steps;
   double n = 0;
   double agreeing = 0;
   // Some stretches of the curve along which the points follow each other are enough.
   const std::size_t every = 1 + n_points / noise_points;
   for (std::size_t first = 0; first < n_points; first += every * noise_row) {
-    double last = nothing;
     for (std::size_t i = first; i < std::min(n_points, first + noise_row); ++i) {
       const Place& place = points.places[i];
       const auto& [position, normal, is_undecided] = points.points[i];
-      double height = nothing;
       if (place.any()) {
-        height = dot(position - place.on(surface.x), unit_of(place.on(surface.normals)));
-        heights.push_back({place.nearest_corner(), height});
+        const auto above = position - place.on(surface.x);
+        heights.push_back({place.nearest_corner(), dot(above, unit_of(place.on(surface.normals)))});
       }
-      const double step = (height - std::exchange(last, height)) / std::sqrt(2.0);
       if (i == first) continue;
-      // Points that follow each other are neighbours. Dense ones have a part of their
-      // noise in common then, and are compared at vertices; sparse ones are alone there.
-      const auto& before = points.points[i - 1];
-      if (squared_norm(position - before.position) > squared_near) continue;
-      if (std::isfinite(step)) steps.push_back(step);
-      if (squared_norm(normal) == 0 || squared_norm(before.normal) == 0) continue;
+      const Vector3& before = points.points[i - 1].normal;  // of a neighbour
+      if (squared_norm(normal) == 0 || squared_norm(before) == 0) continue;
       n += 1;
-      agreeing += std::abs(dot(normal, before.normal)) > TrackingConstants{}.agreement ? 1 : 0;
+      agreeing += std::abs(dot(normal, before)) > TrackingConstants{}.agreement ? 1 : 0;
     }
   }
   PointQuality found;
-  auto departures = compared_at_vertices(heights, surface.x.size());
-  found.noise = deviation_of(std::move(departures.size() < fewest_numbers ? steps : departures));
+  found.noise = deviation_of(compared_at_vertices(heights, surface.x.size()));
   found.has_normals = agreeing > quality_limits.agreeing_neighbours * n;
   return found;
 }

@@ -10,8 +10,8 @@ namespace dynmesh {
 /// What the points of a scan are worth, beside the surface that they are matched with.
 struct PointQuality {
   /// The standard deviation of their distances along the normals of the surface. It follows from
-  /// the differences of neighbours (von Neumann 1941), so that a surface that lies beside the
-  /// points is no noise.
+  /// the differences of those at the same vertex, so that a surface that lies beside the points is
+  /// no noise. 0 if hardly any vertex has several points.
   double noise = 0;
   /// Whether the normals of neighbours agree, so that they tell the side of a surface. Noise of
   /// the size of the distances between points leaves none.

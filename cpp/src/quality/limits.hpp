@@ -20,11 +20,9 @@ inline constexpr struct QualityLimits {
   double contradicted = 0.05;
   double stretch = 0.13;
   /// At the start of a tracker, whose template is of the subject in its pose there, edges change by
-  /// less, on average, and in a body that is turned by 180 degrees by 0.08; noise of a mean edge
-  /// changes them by `noise_stretch`, and makes them as much longer.
+  /// less, on average, and in a body that is turned by 180 degrees by 0.08.
   double start_stretch = 0.06;
   double start_size = 1.06;
-  double noise_stretch = 0.12;
   /// The shape leaps if edges change in a frame by more than this, and by so many times what is
   /// usual, while the stretch departs from the usual one by `leap_stretch`. Jumps of bodies change
   /// them by 0.05, where 0.02 is usual; a body that was turned by 120 degrees, and is bent instead,
@@ -62,7 +60,7 @@ inline constexpr struct QualityLimits {
   /// Normals tell a side if so many of them agree with that of a neighbour.
   double agreeing_neighbours = 0.7;
 
-  /// Points that scatter by more mean edges are no surface, and their noise explains nothing.
+  /// Points that scatter by more mean edges are no surface, and nothing is sought in them.
   double most_noise = 1.4;
   double most_noise_without_normals = 0.5;
 

@@ -119,11 +119,10 @@ Quality judged(Measure& measure, const Before& before) {
     measure.doubt = std::max(measure.doubt, value / limit);
   };
   doubt(1 - measure.explained, missing);
-  const double by_noise = limits.noise_stretch * before.noise;
   const double growth = std::abs(std::log(std::max(measure.growth, 1e-300)));
   if (measure.is_start) {
-    doubt(measure.stretch, limits.start_stretch + by_noise);
-    doubt(growth, std::log(limits.start_size) + by_noise);
+    doubt(measure.stretch, limits.start_stretch);
+    doubt(growth, std::log(limits.start_size));
   }
   measure.leap = 0;
   if (is_first || before.was_registered) return quality_of(measure);
@@ -140,7 +139,7 @@ Quality judged(Measure& measure, const Before& before) {
   }
   // Slow growth is that of the subject, sudden growth that of a unit.
   const double grown = std::abs(std::log(std::max(measure.growth, 1e-300) / recent.growth));
-  measure.leap = std::max(measure.leap, grown / (std::log(limits.start_size) + by_noise));
+  measure.leap = std::max(measure.leap, grown / std::log(limits.start_size));
   return quality_of(measure);
 }
 

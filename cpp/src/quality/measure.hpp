@@ -33,7 +33,6 @@ Measure measured(const FittedSurface& surface, const Evidence& evidence, const C
 struct Before {
   RecentFrames recent = {};     ///< of a tracker; none in a registration
   bool knows_sensors = true;    ///< otherwise, what should be seen follows from recent frames
-  double noise = 0;             ///< of the points, in mean edges
   bool was_registered = false;  ///< with a good result: whatever the shape was before
   bool was_misplaced = false;   ///< in the frame before: lost, with points on it
 };
