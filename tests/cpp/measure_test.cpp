@@ -43,7 +43,7 @@ TEST_CASE("what speaks against a mesh makes it doubtful or ruined, for the cause
       Situation{"a hole", made({.hole = 0.06}), doubtful},
       Situation{"a large hole", made({.hole = 0.45}), doubtful, Cause::part},
       Situation{"seen through", made({.contradicted = 0.2}), ruined, Cause::pose},
-      Situation{"edges", made({.stretch = 0.135}), doubtful},
+      Situation{"edges", made({.stretch = 0.135}), doubtful, Cause::pose},
       Situation{"very long edges", made({.stretch = 0.35}), ruined, Cause::pose},
       Situation{"another size", made({.stretch = 0.35, .growth = 2}), ruined, Cause::size},
   };

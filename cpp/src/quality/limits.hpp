@@ -92,8 +92,6 @@ inline constexpr struct QualityLimits {
   /// If more of a template has no points, or lies on another part, and few points are far, a scan
   /// shows it partially.
   double partial = 0.3;
-  /// If edges change by more, the mesh is of another subject.
-  double other_subject = 0.14;
 } quality_limits;
 
 }  // namespace dynmesh

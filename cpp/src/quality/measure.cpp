@@ -173,8 +173,7 @@ Cause Measure::cause() const {
   }
   const bool is_ruined = quality == Quality::ruined;
   if (is_start && !is_ruined && is_beyond(growth, limits.start_size)) return Cause::size;
-  const bool is_other =
-      is_ruined || stretch > (is_start ? limits.start_stretch : limits.other_subject);
+  const bool is_other = is_ruined || stretch > (is_start ? limits.start_stretch : limits.stretch);
   return is_other ? Cause::pose : Cause::place;
 }
 
