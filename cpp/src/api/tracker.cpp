@@ -55,7 +55,7 @@ struct Tracking {
   using Report = TrackingReport;
 
   /// What a state is of. The last character is the version of the format.
-  static constexpr StateFormat format = {'d', 'y', 'n', 't', 'r', 'a', 'c', 'P'};
+  static constexpr StateFormat format = {'d', 'y', 'n', 't', 'r', 'a', 'c', 'O'};
   static constexpr const char* name = "tracker";
 
   Tracking(Stream& shared, const TrackerSettings& settings, std::vector<Vector3> frame)
@@ -112,7 +112,7 @@ struct Tracking {
     const Memory& from = report.recovered ? sought->start : memory;
     const bool is_lost = report.quality == Quality::ruined;
     surface.measure_errors(found, is_lost, from, next);
-    surface.remember(from, found, moves, is_lost, report.measure.noise, next);
+    surface.remember(from, found, moves, is_lost, next);
     recovery.remember(memory, report.measure, sought, next);
     report.iterations = static_cast<std::size_t>(found.iterations);
     report.stages.prior_weight = next.fit.prior_weight;

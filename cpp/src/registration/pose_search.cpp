@@ -402,7 +402,7 @@ Pose PoseSearch::finished(const Wanted& wanted, const Trial& trial) {
   bool yields = false;
   while (!pose.converged && pose.rounds < constants_.most_rounds) {
     if (settings_.before_step) settings_.before_step();
-    FitOptions options = {landmarks, static_cast<double>(tracking.most_iterations), weight};
+    FitOptions options = {landmarks, tracking.most_iterations, weight};
     if (yields) {
       options.fewest_iterations = tracking.final_iterations;
       options.yields_beyond = constants_.usual_departures;

@@ -136,10 +136,7 @@ struct TrackingMemory {
   std::vector<Vector3> before;            ///< (k,) the frame before the last one
   FitMemory coarse_fit;                   ///< of the coarse mesh
   std::vector<double> coarse_departures;  ///< of the coarse mesh
-  /// How many times more than usual points weigh since the subject rests or moves, at most 1.
-  double times_weight = 1;
-  /// The standard deviation of the points, in mean edges; negative as long as it is not known.
-  double noise = -1;
+  double times_weight = 1;                ///< as FitOptions
   /// (k,) How far the iterations on the template led it from where it followed the coarse mesh,
   /// turned back by Q, empty if there are none; and with which share of that the next ones begin.
   std::vector<Vector3> corrections;
@@ -237,7 +234,6 @@ void each_number(Visited& memory, const Visit& visit) {
   visit(memory.departures);
   visit(tracking.coarse_departures);
   visit(tracking.times_weight);
-  visit(tracking.noise);
   visit(tracking.corrections);
   visit(tracking.correction_share);
   visit(tracking.colours.of_vertices);

@@ -49,15 +49,6 @@ double next_times_weight(const Memory& memory, const FittedSurface& found, doubl
   return std::clamp(times * memory.tracking.times_weight, constants.least_times_weight, 1.0);
 }
 
-/// How many times more than usual points weigh in a frame, for their noise and the motion of the
-/// subject in the frames before it.
-double times_weight_of(const TrackingMemory& memory, const TrackingConstants& constants) {
-  if (memory.noise < 0) return memory.times_weight;
-  const double least = std::pow(constants.least_noise, 2);
-  const double usual = std::pow(constants.usual_noise, 2);
-  return memory.times_weight * (usual + least) / (std::pow(memory.noise, 2) + least);
-}
-
 /// How far most vertices moved in the last frame.
 double usual_step(const Memory& memory) {
   std::vector<double> steps;
@@ -108,19 +99,16 @@ void SurfaceFit::begin(Memory& memory) const {
 }
 
 FittedSurface SurfaceFit::fit(const Memory& memory, const PointScan& scan, Memory& next) {
-  const double times_weight = times_weight_of(memory.tracking, whole_.constants());
-  // Larger weights take more iterations, so that the first are as stiff as with usual ones: a stiff
-  // surface turns, and one that bends does not.
-  const double more = std::log(times_weight) / std::log(whole_.constants().weight_growth);
-  FitOptions options = {.fewest_iterations = 1 + std::max(0.0, more), .times_weight = times_weight};
-  if (coarse_ == nullptr) return whole_.fit(memory, scan, options, next);
+  if (coarse_ == nullptr) {
+    return whole_.fit(memory, scan, {.times_weight = memory.tracking.times_weight}, next);
+  }
   auto& [surface, level, first] = *coarse_;
   Memory last = first;
   surface.choose(memory, last);
   level.find_shape(last);
   Memory found = last;
   // Colours are matched on the template, unless it only follows.
-  options.matches_colours = is_live_;
+  FitOptions options = {.times_weight = memory.tracking.times_weight, .matches_colours = is_live_};
   if (is_live_ && !scan.colours.empty()) {
     last.tracking.colours = surface.colours(memory.tracking.colours);
   }
@@ -136,12 +124,11 @@ FittedSurface SurfaceFit::fit(const Memory& memory, const PointScan& scan, Memor
   next.tracking.coarse_departures = level.departures(found, memory.tracking.coarse_departures);
   auto x = surface.restored(last, found, memory, whole_.rest_shape(memory), next);
   const int most_iterations = is_live_ ? 0 : whole_.constants().whole_iterations;
-  return whole_.refine(std::move(x), memory, scan, times_weight, most_iterations, frame.iterations,
-                       next);
+  return whole_.refine(std::move(x), memory, scan, most_iterations, frame.iterations, next);
 }
 
 void SurfaceFit::remember(const Memory& memory, const FittedSurface& found, bool moves,
-                          bool is_lost, double noise, Memory& next) {
+                          bool is_lost, Memory& next) {
   whole_.remember(memory, moves, next);
   next.sizes = memory.sizes;
   if (moves && !is_lost) {
@@ -153,8 +140,6 @@ void SurfaceFit::remember(const Memory& memory, const FittedSurface& found, bool
   }
   next.tracking.times_weight =
       next_times_weight(memory, found, whole_.mean_edge(), whole_.constants());
-  const bool tells_noise = noise > 0 && !is_lost;
-  next.tracking.noise = tells_noise ? noise / whole_.mean_edge() : memory.tracking.noise;
   next.tracking.colours = memory.tracking.colours;
   if (is_lost || !moves) forget_correction(next.tracking);
   if (!is_lost) {

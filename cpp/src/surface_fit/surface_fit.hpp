@@ -45,10 +45,9 @@ class SurfaceFit {
     errors_.measure(found, is_lost, memory, next);
   }
   /// Completes the next memory by the completed frame `next.last`. Velocities are 0 if nothing was
-  /// found in it, and if the template was lost, it says nothing of what moves apart, nor does the
-  /// `noise` of its points, 0 if they do not tell it, count.
+  /// found in it, and if the template was lost, it says nothing of what moves apart.
   void remember(const Memory& memory, const FittedSurface& found, bool moves, bool is_lost,
-                double noise, Memory& next);
+                Memory& next);
 
   [[nodiscard]] SurfaceLevel& whole() { return whole_; }
   [[nodiscard]] const SurfaceLevel& whole() const { return whole_; }

@@ -74,8 +74,8 @@ SurfaceFrame SurfaceLevel::find(const Memory& memory, const PointScan& scan,
 }
 
 FittedSurface SurfaceLevel::refine(std::vector<Vector3> x, const Memory& memory,
-                                   const PointScan& scan, double times_weight, int most_iterations,
-                                   int iterations, Memory& next) {
+                                   const PointScan& scan, int most_iterations, int iterations,
+                                   Memory& next) {
   next.fit = memory.fit;
   next.sizes = memory.sizes;
   auto visibility = matcher_.visibility_of(x, scan);
@@ -93,8 +93,8 @@ FittedSurface SurfaceLevel::refine(std::vector<Vector3> x, const Memory& memory,
   double largest = std::numeric_limits<double>::infinity();
   for (int i = 0; i < most_iterations && !lies_still(largest); ++i) {
     const std::vector<Vector3> before = frame.x;
-    iterate(0, i == 0, constants_.whole_solution, {.times_weight = times_weight}, memory,
-            preconditioner, frame, next);
+    iterate(0, i == 0, constants_.whole_solution, {.times_weight = memory.tracking.times_weight},
+            memory, preconditioner, frame, next);
     largest = 0;
     for (std::size_t v = 0; v < before.size(); ++v) {
       largest = std::max(largest, squared_norm(frame.x[v] - before[v]));
@@ -102,10 +102,10 @@ FittedSurface SurfaceLevel::refine(std::vector<Vector3> x, const Memory& memory,
   }
   if (correction) correction->end(matcher_.normals_of(frame.x), next.q, frame.x, next.tracking);
   if (most_iterations == 0 && has_uncertainty_) {
-    frame.rows = matcher_.match(
-        frame.x, frame.visibility,
-        {.walked = constants_.resolution, .weight = times_weight * constants_.last_weight},
-        frame.points);
+    frame.rows = matcher_.match(frame.x, frame.visibility,
+                                {.walked = constants_.resolution,
+                                 .weight = memory.tracking.times_weight * constants_.last_weight},
+                                frame.points);
   } else if (most_iterations == 0) {
     matcher_.nearest_places(frame.x, frame.visibility, constants_.resolution, frame.points);
   }
@@ -127,8 +127,7 @@ std::vector<Vector3> SurfaceLevel::wanted_differences(const Memory& memory) cons
 /// Moves the components of X rigidly to the points until they lie still, first as one, then each to
 /// its own points. Finds how many iterations are to follow: the farther the points are, the more
 /// slowly their weight grows.
-void SurfaceLevel::align_rigidly(const Memory& memory, double fewest_iterations,
-                                 SurfaceFrame& frame) {
+void SurfaceLevel::align_rigidly(const Memory& memory, int fewest_iterations, SurfaceFrame& frame) {
   const MatchOptions options = {
       .walked = constants_.radius, .points = rigid_points_, .scale = constants_.radius / 2};
   const LearnedTies& ties = step_.ties();

@@ -26,10 +26,9 @@ namespace dynmesh {
 /// What a frame is found by, beside its points.
 struct FitOptions {
   std::span<const Landmark> landmarks = {};
-  /// Points are matched so often at least, rounded up with what is added where they are far; of
-  /// more iterations, the first are stiffer. In the last one, a point weighs so many times its
-  /// usual weight.
-  double fewest_iterations = 1;
+  /// Points are matched so often at least, and more often where they are far; of more iterations,
+  /// the first are stiffer. In the last one, a point weighs so many times its usual weight.
+  int fewest_iterations = 1;
   double times_weight = 1;
   Field whole = {};  ///< the last frame of the whole of which this is a coarse mesh, or empty
   bool matches_colours = true;                                     ///< of points that have them
@@ -90,10 +89,9 @@ class SurfaceLevel {
   SurfaceFrame find(const Memory& memory, const PointScan& scan, const FitOptions& options,
                     Memory& next);
   /// Iterates from X (k,), of which `next` holds the rotations, with the last weights until it lies
-  /// still, so often at most; see FitOptions for `times_weight`. `iterations` preceded elsewhere.
-  /// `next` then holds how far they led.
+  /// still, so often at most. `iterations` preceded elsewhere. `next` then holds how far they led.
   FittedSurface refine(std::vector<Vector3> x, const Memory& memory, const PointScan& scan,
-                       double times_weight, int most_iterations, int iterations, Memory& next);
+                       int most_iterations, int iterations, Memory& next);
 
   /// Compares a frame with what was measured.
   FittedSurface agreement_with(const PointScan& scan, std::vector<Vector3> frame);
@@ -142,7 +140,7 @@ class SurfaceLevel {
   };
 
   [[nodiscard]] std::vector<Vector3> wanted_differences(const Memory& memory) const;
-  void align_rigidly(const Memory& memory, double fewest_iterations, SurfaceFrame& frame);
+  void align_rigidly(const Memory& memory, int fewest_iterations, SurfaceFrame& frame);
   [[nodiscard]] std::vector<std::uint8_t> find_placed(const SurfaceFrame& frame) const;
   bool seek_lost(SurfaceFrame& frame);
   bool iterate(int left, bool fits_modes, const SolverLimits& limits, const FitOptions& options,
