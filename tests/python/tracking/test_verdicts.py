@@ -261,6 +261,7 @@ def behind_a_board(subject: Subject, rng: np.random.Generator) -> Moments:
     sensor = np.array([[0.0, -3 * subject.size, 0]])
     for n, moment in enumerate(moving(subject, rng)):
         points, normals = seen_by(sensor, moment.scan)
+        assert normals is not None
         middle = moment.truth.mean(axis=0)
         board = np.array([middle[0], moment.truth[:, 1].min() - 15, middle[2]])
         share = (board - sensor)[:, 1] / (points - sensor)[:, 1]
