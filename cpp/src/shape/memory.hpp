@@ -67,6 +67,7 @@ struct Ensemble {
   std::vector<TurnMemory> turns;  ///< (components,), if there are several
   Energy turns_of_all;            ///< squared angles and axes, as of one of them
 };
+/// What standard errors follow from, and themselves.
 struct ErrorMemory : Ensemble {
   std::vector<double> standard_errors;  ///< (k,) of the last frame
 };

@@ -121,7 +121,7 @@ class SurfaceMatcher {
   /// MatchOptions.
   void nearest_places(Field x, const Visibility& visibility, double walked, MatchedPoints& points);
   /// Lets the nearest places of the points, whatever their normals, follow X without a search, and
-  /// finds which of them agree with their points.
+  /// finds which of them agree with their points. `normals` (k,) are those of X, as normals_of.
   void update_distances(Field x, Field normals, const Visibility& visibility,
                         MatchedPoints& points) const;
 
