@@ -2,6 +2,7 @@
 
 import inspect
 import json
+import re
 import sys
 from collections.abc import Iterator
 from functools import cache
@@ -13,7 +14,7 @@ from cyclopts import App
 
 from .._core import __version__
 from .._report import Report
-from .command import SHARED, Command, options_of
+from .command import SHARED, Command, names_of, options_of
 from .command import shared as shared_options
 from .failure import drop, printing, spelt, tell
 
@@ -63,12 +64,16 @@ def command_of(verb: str) -> Command:
 
 
 def _description(verb: str) -> str:
-    """The docstring of a verb up to its arguments, read without loading its module."""
+    """The docstring of a verb up to its arguments, read without loading its module.
+
+    The parameters that it names are options here.
+    """
     module, _, name = VERBS[verb].partition(":")
     place = Path(__file__).parents[1].joinpath(*module.split("."))
     source = place / "__init__.py" if place.is_dir() else place.with_suffix(".py")
     text = source.read_text(encoding="utf-8").partition(f"\ndef {name}(")[2]
-    return inspect.cleandoc(text.partition('"""')[2].partition("Args:")[0])
+    told = inspect.cleandoc(text.partition('"""')[2].partition("Args:")[0])
+    return re.sub(r"`(\w+)`", lambda match: names_of(name, match[1])[0], told)
 
 
 def __getattr__(name: str) -> Any:

@@ -110,8 +110,8 @@ def batch(
 ) -> BatchReport:
     """Completes, tracks or registers many files; one that fails does not stop the others.
 
-    A row of the table is a command line, and its columns are options: `input` and `output` of a
-    completion, `scans` and `output` of tracking, or `scan` and `output` of a registration, and any
+    A row of the table is a command line, and its columns are options: "input" and "output" of a
+    completion, "scans" and "output" of tracking, or "scan" and "output" of a registration, and any
     others of the same command. An empty value stands for the default, several paths are separated
     by semicolons, and all are relative to the table. Jobs whose output exists are skipped, so that
     running the command again does what is left. Why an output is doubtful is kept in a file beside

@@ -112,7 +112,7 @@ def info(
     An error prevents completion. A warning means that the result will be less accurate or that the
     data is probably faulty. docs/diagnosis.md explains all of them. Of a file with several meshes
     (USD, Alembic), it lists these, with their frames, holes and units, and describes the one that
-    moves; if there are several such, `prim` in `source` chooses one.
+    moves; if there are several such, `prim` chooses one.
 
     Args:
         sequence: a file, a folder, a pattern such as 'scans/*.ply', or frames.

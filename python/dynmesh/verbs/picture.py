@@ -41,9 +41,6 @@ def picture(
 ) -> "Image.Image":
     """Draws frames of a sequence: one, or a contact sheet of several.
 
-    In a notebook, a picture shows itself; its `save` writes it to a file. Its `info` has the
-    remarks that commands print.
-
     Args:
         sequence: the sequence.
         frames: the number of a frame, or of several; else, `count` frames, evenly spaced.
@@ -59,6 +56,10 @@ def picture(
         azimuth: the viewing angle around the up axis, in degrees.
         size: pixels of a frame, each way.
         progress: whether to show on standard error how far it is.
+
+    Returns:
+        A picture, which shows itself in a notebook; its `save` writes it to a file, and its `info`
+        has the remarks that commands print.
     """
     check_integer("size", size, 16)
     check_integer("count", count, 1)

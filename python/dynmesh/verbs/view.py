@@ -45,8 +45,7 @@ def view(
 ) -> Page:
     """Makes a page that plays a sequence in any browser, offline.
 
-    The input and the reference play beside it. In the page, ? lists the keys. In a notebook, a page
-    shows itself; :meth:`dynmesh.draw.page.Page.write` writes it to a file.
+    The input and the reference play beside it. In the page, ? lists the keys.
 
     Args:
         sequence: the sequence.
@@ -75,6 +74,10 @@ def view(
         progress: whether to show on standard error how far it is.
         of_scans: how the scans are read: `cameras`, `poses`, `gaps`, `subject` and
             `least_confidence` of :func:`dynmesh.scans.open_scans`.
+
+    Returns:
+        A page, which shows itself in a notebook; :meth:`dynmesh.draw.page.Page.write` writes it to
+        a file.
     """
     check_integer("max_frames", max_frames, 1)
     check_integer("max_vertices", max_vertices, 4)

@@ -23,6 +23,7 @@ from sequences import sea
 
 import dynmesh
 from dynmesh import losses
+from dynmesh.cli import VERBS, command_of
 from dynmesh.frames import Stored
 
 N_FRAMES = 12
@@ -130,6 +131,18 @@ def test_quiet_prints_errors_alone() -> None:
     assert run("evaluate", "out.npz", "truth.npz", "-q").stdout  # what was asked for
     assert run(*words, "--overwrite").stderr
     assert re.search(r"a.png: \d+ x \d+ pixels", run("picture", "out.npz", "-o", "a.png").stderr)
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_the_help_of_a_command_names_its_options(verb: str) -> None:
+    told = run(verb, "--help").stdout
+    (description,) = re.findall(r"\n\n(.*?)\u256d", told, re.DOTALL)
+    options = [option for every in command_of(verb).options.values() for option in every]
+    named = {name for option in options for name in option.names}
+    assert set(re.findall(r"--[a-z-]+", description)) <= named
+    parameters = {option.parameter.name for option in options if "_" in option.parameter.name}
+    assert not parameters & set(re.findall(r"\w+", description))
+    assert ":meth:" not in description
 
 
 def refuse_work(*_: Any, **__: Any) -> NoReturn:
