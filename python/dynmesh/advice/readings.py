@@ -32,29 +32,21 @@ def _flipped(axes: str, camera: ScanCamera) -> ScanCamera:
 Reading: TypeAlias = Callable[[ScanCamera], ScanCamera]
 
 READINGS: dict[str, Reading] = {
-    "the poses are inverted: they lead from the world to the cameras, as extrinsics do": partial(
-        _posed, np.linalg.inv
-    ),
-    "the cameras have the axes of OpenGL, x right, y up, z back, instead of those of OpenCV": (
-        partial(_posed, lambda pose: pose @ OPENGL)
+    "the poses are inverted: `poses` says where they lead": partial(_posed, np.linalg.inv),
+    "the cameras have the axes of OpenGL, x right, y up, z back": partial(
+        _posed, lambda pose: pose @ OPENGL
     ),
     "depth_scale is 1000 times too large": partial(_scaled, 1, 1e-3),
     "depth_scale is 1000 times too small": partial(_scaled, 1, 1e3),
-    "the positions of the cameras are in millimetres and everything else in metres": partial(
-        _scaled, 1e-3, 1
-    ),
-    "positions and depths of the cameras are in millimetres and the template in metres": partial(
-        _scaled, 1e-3, 1e-3
-    ),
-    "positions and depths of the cameras are in metres and the template in millimetres": partial(
-        _scaled, 1e3, 1e3
-    ),
+    "the positions of the cameras are 1000 times too large": partial(_scaled, 1e-3, 1),
+    "positions and depths of the cameras are 1000 times too large": partial(_scaled, 1e-3, 1e-3),
+    "positions and depths of the cameras are 1000 times too small": partial(_scaled, 1e3, 1e3),
     "the intrinsics are those of images twice as large": partial(_resized, 0.5),
     "the intrinsics are those of images half as large": partial(_resized, 2),
-    "depths are distances from the camera along the rays of the pixels, not along the axis": (
+    "along_ray is wrong: whether depths are distances along the rays of the pixels": (
         lambda camera: replace(camera, along_ray=not camera.along_ray)
     ),
-    "the images are mirrored: left and right are exchanged": partial(_flipped, "x"),
-    "the images are flipped: top and bottom are exchanged": partial(_flipped, "y"),
+    "flipped is wrong: left and right are exchanged": partial(_flipped, "x"),
+    "flipped is wrong: top and bottom are exchanged": partial(_flipped, "y"),
 }
-"""What may be meant by a camera file, in a sentence, and what makes the camera that is meant."""
+"""What is wrong in a file of cameras, and what makes the camera that is meant."""

@@ -72,18 +72,18 @@ def with_camera(rig: Rig, number: int, **changed: Any) -> Rig:
 AXES = np.diag([1.0, -1, -1, 1])
 
 MISREAD: dict[str, tuple[Callable[[ScanCamera], ScanCamera], str]] = {
-    "inverted": (posed(np.linalg.inv), "the poses are inverted: "),
+    "inverted": (posed(np.linalg.inv), "the poses are inverted"),
     "axes": (posed(lambda pose: pose @ AXES), "the cameras have the axes of OpenGL"),
     "depths": (scaled(1, 1000), "depth_scale is 1000 times too large"),
     "small depths": (scaled(1, 0.001), "depth_scale is 1000 times too small"),
-    "positions": (scaled(1000, 1), "the positions of the cameras are in millimetres"),
-    "both units": (scaled(1000, 1000), "positions and depths of the cameras are in mill"),
-    "template": (scaled(0.001, 0.001), "positions and depths of the cameras are in metres"),
+    "positions": (scaled(1000, 1), "the positions of the cameras are 1000 times too large"),
+    "both units": (scaled(1000, 1000), "positions and depths of the cameras are 1000 times too la"),
+    "template": (scaled(0.001, 0.001), "positions and depths of the cameras are 1000 times too sm"),
     "large": (focused([[2], [2], [1]]), "the intrinsics are those of images twice as large"),
     "small": (focused([[0.5], [0.5], [1]]), "the intrinsics are those of images half as large"),
-    "rays": (lambda c: replace(c, along_ray=True), "depths are distances from the camera along"),
-    "left": (lambda c: replace(c, flipped="x"), "left and right are exchanged"),
-    "top": (lambda c: replace(c, flipped="y"), "top and bottom are exchanged"),
+    "rays": (lambda c: replace(c, along_ray=True), "along_ray is wrong"),
+    "left": (lambda c: replace(c, flipped="x"), "flipped is wrong: left and right"),
+    "top": (lambda c: replace(c, flipped="y"), "flipped is wrong: top and bottom"),
 }
 
 
