@@ -128,45 +128,28 @@ class Fit:
     far: tuple[float, ...] = ()
 
     @property
-    def is_measured(self) -> bool:
-        """Whether there is anything to compare with."""
-        return bool(self.apart or self.far)
-
-    @property
-    def agrees(self) -> bool:
-        """Whether cameras contradict one another hardly, and see the same."""
-        return max(self.apart, default=0.0) <= _FIT
-
-    @property
-    def is_good(self) -> bool:
-        """Whether they also lie on the template."""
-        return self.agrees and max(self.far, default=0.0) <= _FIT
-
-    @property
     def wrong(self) -> float:
         """By what readings are compared: the mean shares of what is wrong, added."""
         return sum(float(np.mean(shares)) for shares in (self.apart, self.far) if shares)
 
-    def is_better_than(self, other: "Fit") -> bool:
-        """Whether cameras agree, and clearly less is wrong."""
-        fits = self.agrees if self.apart else self.is_good
-        return fits and self.wrong <= _LESS * other.wrong
+    @property
+    def is_good(self) -> bool:
+        """Whether there is anything to compare with, and cameras see the same as that."""
+        return max((*self.apart, *self.far), default=1.0) <= _FIT
 
-    def told(self, camera: int | None = None) -> str:
-        """States the shares of the points of a camera, or of all."""
-        every = {"contradict another camera": self.apart, "are far from the template": self.far}
-        facts = [
-            f"{np.mean(shares if camera is None else shares[camera]):.1%} {what}"
-            for what, shares in every.items()
-            if shares
-        ]
-        return f"of the points, {' and '.join(facts)}" if facts else ""
+    def is_better_than(self, other: "Fit") -> bool:
+        """Whether cameras agree, or a single one fits, and clearly less is wrong."""
+        return max(self.apart or self.far) <= _FIT and self.wrong <= _LESS * other.wrong
 
     @property
-    def named(self) -> tuple[str, ...]:
-        """The cameras with their shares."""
-        every = ((name, self.told(number)) for number, name in enumerate(self.cameras))
-        return tuple(": ".join(filter(None, one)) for one in every)
+    def each(self) -> list[str]:
+        """The cameras with the shares of their points."""
+        every = {"contradict another camera": self.apart, "are far from the template": self.far}
+        return [
+            f"camera {name}"
+            + "".join(f", {of[n]:.1%} of its points {what}" for what, of in every.items() if of)
+            for n, name in enumerate(self.cameras)
+        ]
 
 
 def _far_from(surface: Surface, scan: DepthScan, *, moves: bool) -> tuple[float, ...]:

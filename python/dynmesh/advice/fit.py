@@ -1,8 +1,5 @@
 """What is told where a template does not fit a scan: what is there, and what can be done."""
 
-import shlex
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,6 +11,10 @@ from ..tracking.background import Background, planes_around
 from ..tracking.inputs import Units
 
 LANDMARKS = "`landmarks` say where ends and corners, for example, belong"
+CAMERAS = (
+    "dynmesh rig, with the same scans, cameras and template, tells whether the cameras are read as "
+    "they are meant"
+)
 
 
 def sizes(of_scan: float, of_template: float, units: Units) -> str:
@@ -49,13 +50,3 @@ def farthest(vertices: Positions, landmarks: Landmarks) -> str:
     distances = np.linalg.norm(vertices[marked] - positions, axis=1)
     worst = int(distances.argmax())
     return f"vertex {marked[worst]} lies {distances[worst]:.3g} from its landmark"
-
-
-def command(verb: str, path: object, **options: Any) -> str:
-    """Returns a command of the shell, with the options that are given."""
-    words = ["dynmesh", verb, str(path)]
-    for name, value in options.items():
-        if value is not None and value is not False:
-            listed = ",".join(map(str, value)) if isinstance(value, tuple) else str(value)
-            words += ["--" + name.replace("_", "-"), *([] if value is True else [listed])]
-    return shlex.join(words)

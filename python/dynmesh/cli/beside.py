@@ -12,6 +12,7 @@ from .._report import Report
 from ..draw.page import Page, require_page
 from ..formats import PathLike
 from ..formats.output import check_output, new_output
+from ..scans import write_cameras
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -88,8 +89,9 @@ def _cameras(report: Any, path: Path, overwrite: bool) -> Report:
     if report.rig is None:
         message = f"{path} is not written, as no correction is known"
         return replace(result, remarks=(*result.remarks, message))
-    with new_output(path, overwrite, ".json", inputs=report.files) as hidden:
-        report.write_cameras(hidden)
+    files = [] if report.rig.file is None else [report.rig.file]
+    with new_output(path, overwrite, ".json", inputs=files) as hidden:
+        write_cameras(hidden, report.rig)
     changed: Report = replace(report, output=path)
     return changed
 

@@ -14,13 +14,14 @@ from numpy.typing import NDArray
 
 from .._arrays import Positions
 from .._errors import InputError, locating
-from ..advice.fit import LANDMARKS, contents, sizes
+from ..advice.fit import CAMERAS, LANDMARKS, contents, sizes
 from ..alignment import Alignment, find_alignment
 from ..completion.start import template_of
 from ..frame import Frames
 from ..registration import Landmarks, Registration, register
 from ..scan import inside_out
 from ..scans import Scan, ScanReader
+from ..scans.reader import DepthReader
 from ..topology import size_of, size_of_surface
 from ..tracker import Tracker, TrackingReport
 from .background import Background
@@ -71,7 +72,6 @@ def placed_in(
     room: Background,
     units: Units,
     landmarks: Landmarks | None,
-    advice: str,
     threads: int,
 ) -> Placed:
     """Finds the template in the first scan with points, and the room around it."""
@@ -90,15 +90,16 @@ def placed_in(
         f"({result.before * result.mean_edge:.3g} in its unit) away"
     )
 
+    cameras = CAMERAS if isinstance(scans, DepthReader) else ""
     stated = sizes(size_of(scan.cloud) / units.factor, size_of_surface(faces, template), units)
 
     def told(*faults: str) -> str:
         """What is wrong, what there is, and what can be done."""
         seen = contents(scan, template, faces, room) or stated
-        return "; ".join(filter(None, [*faults, seen, advice]))
+        return "; ".join(filter(None, [*faults, seen, cameras]))
 
     if result.other_unit:
-        message = "; ".join(filter(None, [away, stated, advice]))
+        message = "; ".join(filter(None, [away, stated, cameras]))
         raise InputError(message, file=mesh.path)
     placed = partial(Placed, distance=result.before, advice=told)
     start, tracked = template, None
@@ -137,12 +138,7 @@ def placed_in(
 
 def _registered(doubt: str) -> str:
     """Says why a registration is doubtful; empty if it is not."""
-    if not doubt:
-        return ""
-    return (
-        f"the template was registered with the first scan, and {doubt}; the page of dynmesh "
-        "register shows whether it is the right mesh"
-    )
+    return f"the template was registered with the first scan, and {doubt}" if doubt else ""
 
 
 def _tracked_from(

@@ -19,7 +19,7 @@ from ..advice.readings import READINGS
 from ..advice.rig_page import rig_page
 from ..completion.start import template_of
 from ..formats import PathLike
-from ..scans import DepthScan, Rig, ScanReader, open_scans, write_cameras
+from ..scans import DepthScan, Rig, ScanReader, open_scans
 from ..scans.opening import ScanSource, read_rig
 from ..scans.reader import DepthReader
 from ..tracking.background import Background, Crop
@@ -40,7 +40,6 @@ class RigReport(Report):
         rig: the cameras if they fit, or corrected ones; None if neither is known.
         wrong: what is wrong with them, in a sentence, if it is known.
         meant: how the scans fit then.
-        files: those in which the cameras are stated.
         output: the file with the corrected cameras that was written, or None.
     """
 
@@ -48,21 +47,15 @@ class RigReport(Report):
     rig: Rig | None = field(default=None, repr=False)
     wrong: str = ""
     meant: Fit | None = None
-    files: tuple[Path, ...] = field(default=(), repr=False)
     output: Path | None = None
     _html: Callable[[str], str] = field(repr=False)
 
     def lines(self) -> list[str]:
-        """Says what was found."""
+        """Says what was found, with the shares of the points of each camera."""
+        meant = [] if self.meant is None else ["if that is corrected:", *self.meant.each]
         kind = "corrected" if self.wrong else "same"
         written = [] if self.output is None else [f"the {kind} cameras are written"]
-        return [self.told, *written, *self.remarks]
-
-    def write_cameras(self, path: PathLike) -> None:
-        """Writes a JSON file with the cameras, corrected if they do not fit."""
-        if self.rig is None:
-            raise InputError("no correction of the cameras is known")
-        write_cameras(path, self.rig)
+        return [self.told, *self.stated.each, *meant, *written, *self.remarks]
 
     def page(self, path: PathLike) -> None:
         """Writes an HTML file that shows the cameras, what they see, and the template."""
@@ -71,24 +64,11 @@ class RigReport(Report):
     @property
     def told(self) -> str:
         """What was found, in a sentence."""
-        facts = self.stated.told()
-        if self.meant is not None:
-            return f"{self.wrong}: {facts}, but {self.meant.told()} if that is corrected"
         if self.rig is not None:
-            every = [camera.name for camera in self.rig.cameras]
-            blind = ", ".join(name for name in every if name not in self.stated.cameras)
-            if not self.stated.far:
-                facts += "; a template tells whether images are mirrored or depths along rays"
-            if blind:
-                facts += f"; those without an image in it are not judged: {blind}"
-            return f"the cameras fit: {facts}"
+            return self.wrong or "the cameras fit"
         if len(self.stated.cameras) == 1:
-            why = "a single camera cannot be judged, unless a template lies where its points are"
-            return f"{why}{facts and f': {facts}'}; `page` shows them"
-        if self.stated.agrees:
-            return f"the cameras agree, but the template has another pose, shape or unit: {facts}"
-        named = "; ".join(self.stated.named)
-        return f"the cameras contradict one another, and no single reading explains it: {named}"
+            return "a single camera is judged only by a template that lies where its points are"
+        return "the cameras do not fit, and no single reading of their file does"
 
 
 def rig(
@@ -105,9 +85,10 @@ def rig(
 
     Some scans are compared with one another, and the first one with the template. If they disagree,
     every single reading of the file is tried: inverted poses, axes of OpenGL, millimetres, images
-    of another size, depths along rays, mirrored images. The result is doubtful if the cameras do
-    not fit. A single camera cannot be judged, unless the template lies where its points are. Floor
-    and walls, planes that are larger than the template, are left out.
+    of another size, depths along rays, mirrored images, of which a template alone can tell the last
+    two. The result is doubtful if the cameras do not fit. A single camera is judged only by a
+    template that lies where its points are. Floor and walls, planes that are larger than the
+    template, are left out.
 
     Args:
         scans: depth images, as for tracking.
@@ -166,15 +147,15 @@ def rig(
         first = fit(compared)
         body = None if surface is None else (surface.faces, surface.points / room.factor)
         page_of = partial(
-            rig_page, compared[0].scaled(1 / room.factor), body, up, path.name, first.named
+            rig_page, compared[0].scaled(1 / room.factor), body, up, path.name, first.each
         )
-        result = RigReport(
-            stated=first, files=() if stated.file is None else (stated.file,), _html=page_of
-        )
-        if first.is_measured and first.is_good:
+        blind = [camera.name for camera in stated.cameras if camera.name not in names]
+        remark = f"without an image in the first scan, these are not judged: {', '.join(blind)}"
+        result = RigReport(stated=first, remarks=(remark,) * bool(blind), _html=page_of)
+        if first.is_good:
             return replace(result, rig=stated)
         better = list[tuple[str, Rig, Fit]]()
-        for done, (wrong, change) in enumerate(READINGS.items() if first.is_measured else ()):
+        for done, (wrong, change) in enumerate(READINGS.items() if first.wrong else ()):
             show(done, len(READINGS))
             meant = replace(stated, cameras=tuple(map(change, stated.cameras)))
             # Some readings are refused, as mirrored images with a distortion are.

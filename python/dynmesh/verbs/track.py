@@ -13,7 +13,6 @@ from .._checks import check_flags, check_integer, check_resolution, path_of
 from .._errors import locating
 from .._options import Input, Method
 from .._report import Report, counted, steps, tracked, write_csv
-from ..advice.fit import command
 from ..alignment import Alignment
 from ..completion.start import Training, TrainingFrames
 from ..formats import OneSequence, PathLike
@@ -24,7 +23,6 @@ from ..run import Run
 from ..scans import ScanReader, ScanSource
 from ..scans.memory import InMemory as ScansInMemory
 from ..scans.memory import opened_scans
-from ..scans.reader import DepthReader
 from ..topology import mean_edge_of
 from ..tracker import Resolution, Tracker
 from ..tracking.background import Background, Crop
@@ -202,17 +200,6 @@ def track(
         mesh = stack.enter_context(formats.opened(template, "template"))
         path = reader.path
         units = units_of(reader, mesh, scan_unit, template_unit)
-        look = ""
-        if isinstance(reader, DepthReader) and isinstance(template, str | os.PathLike):
-            options: dict[str, Any] = {
-                "template": template,
-                "scan_unit": scan_unit,
-                "template_unit": template_unit,
-                "crop": crop,
-                **of_scans,
-            }
-            words = command("rig", path, **options)
-            look = f"{words} tells whether the cameras are read as they are meant"
         marks = read_landmarks(marked[0]) if marked else None
         learnt = Training(training, mesh, progress)
         header = replace(
@@ -228,7 +215,7 @@ def track(
             room = Background(crop, remove_planes, units.factor)
             with formats.naming(path):
                 with steps("finding the template", progress):
-                    at = placed_in(reader, mesh, room, units, marks, look, threads)
+                    at = placed_in(reader, mesh, room, units, marks, threads)
                 room.follow(at.points)
                 with learnt.frames() as poses:
                     tracker = Tracker(
