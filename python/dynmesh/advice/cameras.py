@@ -85,13 +85,6 @@ def without_jumps(scan: DepthScan) -> DepthScan:
     return scan._replace(depth=images)
 
 
-def subject_of(cloud: Floats, surface: Surface) -> Floats:
-    """Returns some of the points of a camera, without floor and walls."""
-    some = cloud[:: 1 + len(cloud) // _EXAMINED]
-    left = without_planes(some, thickness=surface.mean_edge, size=surface.size)
-    return np.asarray(left[:: 1 + len(left) // _POINTS], np.float64)
-
-
 _NEAR = 0.02
 """What cameras measure may differ by this share of what each of them sees."""
 
@@ -154,7 +147,11 @@ class Fit:
 
 def _far_from(surface: Surface, scan: DepthScan, *, moves: bool) -> tuple[float, ...]:
     """The share of far points of each camera; with `moves`, after the rigid motion of tracking."""
-    clouds = [subject_of(cloud, surface) for cloud in scan.clouds]
+    clouds = []
+    for cloud in scan.clouds:
+        some = cloud[:: 1 + len(cloud) // _EXAMINED]
+        left = without_planes(some, thickness=surface.mean_edge, size=surface.size)
+        clouds.append(np.asarray(left[:: 1 + len(left) // _POINTS], np.float64))
     points = np.concatenate(clouds)
     extents = [np.linalg.norm(np.ptp(cloud, axis=0)) for cloud in clouds if len(cloud)]
     if len(points) < _FEWEST or max(extents) < _COVERED * surface.size:
@@ -172,7 +169,10 @@ def _far_from(surface: Surface, scan: DepthScan, *, moves: bool) -> tuple[float,
 def _seen_by_others(scan: DepthScan) -> NDArray[np.int64]:
     """Counts how often points of each camera are in others' images, and contradicted, (c, 2)."""
     counts = np.zeros((len(scan.depth), 2), np.int64)
-    nearest = [_nearest_around(depth) for depth in scan.depth]
+    nearest = []  # the least depth around each pixel; infinite where nothing is measured
+    for depth in scan.depth:
+        padded = np.pad(np.where(depth > 0, depth, np.inf), 2, constant_values=np.inf)
+        nearest.append(np.lib.stride_tricks.sliding_window_view(padded, (5, 5)).min(axis=(2, 3)))
     for one, cloud in enumerate(scan.clouds):
         some = cloud[:: 1 + len(cloud) // _POINTS]
         if not len(some):
@@ -190,13 +190,6 @@ def _seen_by_others(scan: DepthScan) -> NDArray[np.int64]:
             there = depth[row[inside].astype(int), column[inside].astype(int)]
             counts[one] += len(there), np.count_nonzero(local[inside, 2] < there - near)
     return counts
-
-
-def _nearest_around(depth: NDArray[np.float32]) -> Floats:
-    """The least depth around each pixel; infinite where nothing is measured."""
-    padded = np.pad(np.where(depth > 0, depth, np.inf), 2, constant_values=np.inf)
-    around = np.lib.stride_tricks.sliding_window_view(padded, (5, 5))
-    return np.asarray(around.min(axis=(2, 3)))
 
 
 def fit_of(

@@ -4,28 +4,96 @@ from collections.abc import Iterator
 from contextlib import closing
 from dataclasses import dataclass
 from itertools import chain
-from typing import Any, get_args
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .. import formats
 from .._arrays import Floats, Integers, Mask, Positions
 from .._errors import InputError
-from .._report import as_json, counted, percent, tracked
+from .._report import counted, few, few_frames, percent, tracked
 from ..completer import Completer
 from ..completion.watched import Held, Places
 from ..frame import LARGEST, Frame, Frames
 from ..header import Header
 from ..metrics import bounding_box_diagonal
 from ..topology import TopologyReport, edges_of
-from .findings import KINDS, Finding, Severity, found
 
 _FAR = 4
 """An edge is long if it is longer than in frame 0 by so many mean edges."""
 
-_STATED = (
-    "name", "fps", "start", "times", "up_axis", "metres_per_unit", "has_known", "has_provenance"
-)  # fmt: skip
+MOST_PLACES = 10_000
+"""At most this many vertices and frames are listed in a finding, the first ones."""
+
+Severity = Literal["error", "warning"]
+"""error: the sequence cannot be completed. warning: the result is less accurate, or the data is
+faulty."""
+
+
+class Kind(NamedTuple):
+    """A kind of finding: what is counted, what is said of these, and what they do to completion."""
+
+    noun: str
+    text: str
+    effect: str
+    severity: Severity = "warning"
+
+
+KINDS = {
+    "known_not_finite": Kind(
+        "position", "marked as known but not finite, or beyond {limit}",
+        "Completion refuses such a frame.", "error",
+    ),
+    "no_faces": Kind(
+        "vertex", "and no faces", "Completion needs them: motion propagates along edges.", "error"
+    ),
+    "nothing_known": Kind(
+        "frame", "in which nothing was observed", "There is nothing to begin with.", "error"
+    ),
+    "zeros": Kind(
+        "position", "of exactly (0, 0, 0), {share} of all",
+        "As positions, they pull the mesh there; `missing` zero leaves them out.",
+    ),
+    "long_edges": Kind(
+        "position", "most of whose edges are longer than in the first frame by at least {least} "
+        "mean edges, at most {longest}",
+        "Completion can reject outliers; vertices must be numbered alike in all frames.",
+    ),
+    "held": Kind(
+        "position",
+        "held: the same bit for bit as in the frame before, while the surface beside moved",
+        "They hold back the vertices around them; completion can reject outliers.",
+    ),
+    "coincident_vertices": Kind(
+        "vertex", "at exactly the position of another vertex in the first frame",
+        "No edge joins the sides of a cut there, which are completed separately and may open.",
+    ),
+}  # fmt: skip
+"""By the codes, the most important first: errors before warnings."""
+
+
+@dataclass(frozen=True, eq=False)
+class Finding:
+    """One problem of a sequence.
+
+    Attributes:
+        code: names the problem.
+        severity: how much it matters.
+        count: how many there are of what the message counts.
+        vertices: int64, ascending, at most `MOST_PLACES`.
+        frames: the numbers of as many frames in their file.
+        message: what was found, in a sentence.
+        advice: the effect on completion, and what to do.
+    """
+
+    code: str
+    severity: Severity
+    count: int
+    vertices: Integers
+    frames: NDArray[Any]
+    message: str
+    advice: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,38 +119,10 @@ class Diagnosis:
     never_known: int
 
     @property
-    def summary(self) -> str:
-        """How many problems there are, such as "1 error, 2 warnings"."""
-        every = [finding.severity for finding in self.findings]
-        of_each = {severity: every.count(severity) for severity in get_args(Severity)}
-        messages = [counted(n, severity) for severity, n in of_each.items() if n]
-        return ", ".join(messages) or "No problems were found."
-
-    def as_dict(self) -> dict[str, Any]:
-        """Returns dicts, lists, strings, numbers and None, as JSON has them."""
-        header, topology = self.header, self.topology
+    def known_later(self) -> tuple[float, float, float] | None:
+        """The mean, the least and the largest share after the first frame."""
         shares = self.known_share[1:]
-        mean, *ends = (shares.mean(), shares.min(), shares.max()) if len(shares) else (None,) * 3
-        return {
-            "findings": [one.as_dict(header) for one in self.findings],
-            "sequence": {
-                "frames": header.n_frames,
-                "vertices": header.n_vertices,
-                "dtype": str(header.dtype),
-                **{name: as_json(getattr(header, name)) for name in _STATED},
-                "standard_error_of": header.standard_error_of
-                if header.has_standard_error
-                else None,
-            },
-            "mesh": {
-                **({} if topology is None else as_json(topology)),
-                "triangles": len(header.faces),
-                "diagonal": self.diagonal,
-                "mean_edge": self.mean_edge,
-            },
-            "known_share": as_json({"mean": mean, "least": ends[0], "most": ends[1]}),
-            "never_known": self.never_known,
-        }
+        return (shares.mean(), shares.min(), shares.max()) if len(shares) else None
 
 
 def diagnose(reader: Frames, *, progress: bool | None = None) -> Diagnosis:
@@ -99,9 +139,8 @@ def diagnose(reader: Frames, *, progress: bool | None = None) -> Diagnosis:
         watch = _Watch(header, first)
         for number, frame in enumerate(chain([first], watched)):
             watch.add(number, frame)
-    codes = [*KINDS]
     return Diagnosis(
-        findings=tuple(sorted(watch.findings(), key=lambda one: codes.index(one.code))),
+        findings=tuple(watch.findings()),
         header=header,
         topology=watch.topology,
         diagonal=watch.diagonal,
@@ -161,23 +200,32 @@ class _Watch:
         return np.asarray(2 * n_long > n)
 
     def findings(self) -> Iterator[Finding]:
-        """Yields the problems, in no order."""
+        """Yields the problems, the most important first."""
         there = np.flatnonzero(self.present)
         _, group, sizes = np.unique(
             self.first[there], axis=0, return_inverse=True, return_counts=True
         )
-        if len(same := there[sizes[group.reshape(-1)] > 1]):
-            yield found("coincident_vertices", self.header, len(same), same)
-        if self.topology is None:
-            yield found("no_faces", self.header, len(self.first))
-        if not any(self.shares):
-            yield found("nothing_known", self.header, len(self.shares))
+        same = there[sizes[group.reshape(-1)] > 1]
+        found: dict[str, tuple[int, Any, Any]] = {
+            "no_faces": (len(self.first) if self.topology is None else 0, (), ()),
+            "nothing_known": (0 if any(self.shares) else len(self.shares), (), ()),
+            "coincident_vertices": (len(same), same, ()),
+            **{code: (at.count, at.vertices, at.frames) for code, at in self._places.items()},
+        }
         limit = f"{LARGEST[self.first.dtype.itemsize]:.0e}".replace("+", "")
-        share = self._places["zeros"].count / (len(self.first) * len(self.shares))
-        words = {"share": percent(share), "limit": limit, "longest": f"{self._longest:.3g}"}
-        for code, at in self._places.items():
-            if at.count:
-                yield found(code, self.header, at.count, at.vertices, at.frames, **words)
+        share = found["zeros"][0] / (len(self.first) * len(self.shares))
+        lengths = {"least": _FAR, "longest": f"{self._longest:.3g}"}
+        for code, kind in KINDS.items():
+            count, vertices, frames = found[code]
+            if not count:
+                continue
+            text = kind.text.format(share=percent(share), limit=limit, **lengths)
+            message = f"{counted(count, kind.noun)} {text}"
+            message += f", in {few_frames(frames, self.header)}" if len(frames) else ""
+            message += f": {few('vertex', vertices)}" if len(vertices) else ""
+            listed = np.asarray(vertices, np.int64)[:MOST_PLACES]
+            numbers = np.array([self.header.number(frame) for frame in frames[:MOST_PLACES]])
+            yield Finding(code, kind.severity, count, listed, numbers, f"{message}.", kind.effect)
 
 
 def _lengths(points: Positions, ends: Integers) -> Floats:

@@ -21,6 +21,9 @@ from ..formats.times import spacing
 from ..polygons import Faces
 from ..whole_frames.window import best_frame
 
+_STATED = (
+    "name", "fps", "start", "times", "up_axis", "metres_per_unit", "has_known", "has_provenance"
+)  # fmt: skip
 _WIDTH = 80  # of findings, which are long
 _ERRORS_OF = {"position": "of coordinates", "surface": "of distances from the surface"}
 
@@ -85,7 +88,7 @@ class InfoReport(Report):
         rows = {"format": self.format, **dict(_facts(self.diagnosis))}
         messages += [""] * bool(messages)
         messages += aligned([*rows.items()])
-        messages += ["", self.diagnosis.summary]
+        messages += ["", *(["No problems were found."] * (not self.diagnosis.findings))]
         for one in self.diagnosis.findings:
             messages += wrap(f"{one.severity}: {one.message}", _WIDTH, subsequent_indent="  ")
             messages += wrap(one.advice, _WIDTH, initial_indent="  ", subsequent_indent="  ")
@@ -94,9 +97,30 @@ class InfoReport(Report):
     def to_dict(self) -> dict[str, Any]:
         """Returns the diagnosis and the meshes as values that JSON has."""
         meshes = {"meshes": as_json(self.meshes)} if self.meshes else {}
-        if self.diagnosis is None:
+        if (found := self.diagnosis) is None:
             return meshes
-        return self.diagnosis.as_dict() | meshes
+        header, topology = found.header, found.topology
+        shares = zip(("mean", "least", "most"), found.known_later or (None,) * 3, strict=True)
+        bars = header.standard_error_of if header.has_standard_error else None
+        return {
+            "findings": as_json(found.findings),
+            "sequence": {
+                "frames": header.n_frames,
+                "vertices": header.n_vertices,
+                "dtype": str(header.dtype),
+                **{name: as_json(getattr(header, name)) for name in _STATED},
+                "standard_error_of": bars,
+            },
+            "mesh": {
+                **({} if topology is None else as_json(topology)),
+                "triangles": len(header.faces),
+                "diagonal": found.diagonal,
+                "mean_edge": found.mean_edge,
+            },
+            "known_share": as_json(dict(shares)),
+            "never_known": found.never_known,
+            **meshes,
+        }
 
 
 def info(
@@ -208,8 +232,8 @@ def _facts(diagnosis: Diagnosis) -> Iterator[tuple[str, str]]:
     yield "generation and age", "yes" if header.has_provenance else "no"
     yield "standard errors", _ERRORS_OF[header.standard_error_of] if bars else "no"
     message = "no further frames"
-    if len(shares := diagnosis.known_share[1:]):
-        mean, low, high = (100 * share for share in (shares.mean(), shares.min(), shares.max()))
+    if later := diagnosis.known_later:
+        mean, low, high = (100 * share for share in later)
         message = f"{mean:.1f} % ({low:.1f} to {high:.1f} %)"
         if diagnosis.never_known:
             message += f"; {counted(diagnosis.never_known, 'vertex')} never"

@@ -119,7 +119,11 @@ def rig(
     if stated is None or not isinstance(reader, DepthReader):
         message = "holds point clouds; of cameras, only those of depth images can be judged"
         raise InputError(message, file=path)
-    numbers = _with_points(reader)
+    with_points = (n for n, scan in enumerate(reader) if scan is not None and scan.has_points)
+    if (number := next(with_points, None)) is None:
+        raise InputError("no frame has points", file=path)
+    evenly = np.linspace(number, reader.n_frames - 1, _SCANS).astype(int)
+    numbers = [*dict.fromkeys(evenly.tolist())]
     names = reader.cameras_of(numbers[0])
     surface = up = None
     if template is not None:
@@ -168,12 +172,3 @@ def rig(
     elif len(names) == 1:
         return result
     return replace(result, quality="doubtful", reason=result.told)
-
-
-def _with_points(reader: DepthReader) -> list[int]:
-    """Returns the numbers, counted from 0, of the first scan with points and of some others."""
-    for first, scan in enumerate(reader):
-        if scan is not None and scan.has_points:
-            last = reader.n_frames - 1
-            return [*dict.fromkeys(np.linspace(first, last, _SCANS).astype(int).tolist())]
-    raise InputError("no frame has points", file=reader.path)

@@ -15,8 +15,7 @@ from meshes import Mesh, join, meshes, sheet
 
 import dynmesh
 from dynmesh import Sequence, losses, synth
-from dynmesh.advice.diagnosis import Diagnosis
-from dynmesh.advice.findings import KINDS
+from dynmesh.advice.diagnosis import KINDS, Diagnosis
 
 
 def moving(mesh: Mesh, n_frames: int = 16, dtype: Any = np.float64) -> Sequence:
@@ -218,9 +217,9 @@ def test_empty_and_still_sequences_are_diagnosed() -> None:
         ("no_faces", "error"),
         ("nothing_known", "error"),
     ]
-    still = diagnosed(Sequence(np.ones((3, 4, 3)), np.array([[0, 1, 2], [1, 2, 3]])))
-    assert codes(still) == ["coincident_vertices"]
-    json.dumps(still.as_dict(), allow_nan=False)
+    still = dynmesh.info(Sequence(np.ones((3, 4, 3)), np.array([[0, 1, 2], [1, 2, 3]])))
+    assert [one["code"] for one in still.to_dict()["findings"]] == ["coincident_vertices"]
+    json.dumps(still.to_dict(), allow_nan=False)
     with pytest.raises(ValueError, match="no frame"):
         diagnosed(Sequence(np.empty((0, 4, 3)), no_faces))
     with pytest.raises(ValueError, match="no vertices"):
@@ -230,7 +229,7 @@ def test_empty_and_still_sequences_are_diagnosed() -> None:
 @settings(max_examples=150, deadline=None)
 @given(meshes())
 def test_faces_that_are_refused_are_listed_as_in_the_core(mesh: Mesh) -> None:
-    described = diagnosed(moving(mesh, 3)).as_dict()
+    described = dynmesh.info(moving(mesh, 3)).to_dict()
     topology = dynmesh.Completer(mesh.faces, mesh.vertices).topology
     assert described["mesh"]["refused_faces"] == [vars(face) for face in topology.refused_faces]
     json.dumps(described, allow_nan=False)
