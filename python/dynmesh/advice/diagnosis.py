@@ -32,42 +32,34 @@ faulty."""
 
 
 class Kind(NamedTuple):
-    """A kind of finding: what is counted, what is said of these, and what they do to completion."""
+    """A kind of finding: what is counted, what is said of these, and what leaves them out."""
 
     noun: str
     text: str
-    effect: str
+    remedy: str = ""
     severity: Severity = "warning"
 
 
 KINDS = {
     "known_not_finite": Kind(
-        "position", "marked as known but not finite, or beyond {limit}",
-        "Completion refuses such a frame.", "error",
+        "position", "marked as known but not finite, or beyond {limit}", severity="error"
     ),
-    "no_faces": Kind(
-        "vertex", "and no faces", "Completion needs them: motion propagates along edges.", "error"
-    ),
-    "nothing_known": Kind(
-        "frame", "in which nothing was observed", "There is nothing to begin with.", "error"
-    ),
+    "no_faces": Kind("vertex", "and no faces", severity="error"),
+    "nothing_known": Kind("frame", "in which nothing was observed", severity="error"),
     "zeros": Kind(
-        "position", "of exactly (0, 0, 0), {share} of all",
-        "As positions, they pull the mesh there; `missing` zero leaves them out.",
+        "position", "of exactly (0, 0, 0), {share} of all", "`missing` zero leaves them out"
     ),
     "long_edges": Kind(
         "position", "most of whose edges are longer than in the first frame by at least {least} "
-        "mean edges, at most {longest}",
-        "Completion can reject outliers; vertices must be numbered alike in all frames.",
+        "mean edges, at most {longest}", "completion leaves outliers out with `reject_outliers`",
     ),
     "held": Kind(
         "position",
         "held: the same bit for bit as in the frame before, while the surface beside moved",
-        "They hold back the vertices around them; completion can reject outliers.",
+        "completion leaves them out with `reject_outliers`",
     ),
     "coincident_vertices": Kind(
-        "vertex", "at exactly the position of another vertex in the first frame",
-        "No edge joins the sides of a cut there, which are completed separately and may open.",
+        "vertex", "at exactly the position of another vertex in the first frame"
     ),
 }  # fmt: skip
 """By the codes, the most important first: errors before warnings."""
@@ -84,7 +76,6 @@ class Finding:
         vertices: int64, ascending, at most `MOST_PLACES`.
         frames: the numbers of as many frames in their file.
         message: what was found, in a sentence.
-        advice: the effect on completion, and what to do.
     """
 
     code: str
@@ -93,7 +84,6 @@ class Finding:
     vertices: Integers
     frames: NDArray[Any]
     message: str
-    advice: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -223,9 +213,10 @@ class _Watch:
             message = f"{counted(count, kind.noun)} {text}"
             message += f", in {few_frames(frames, self.header)}" if len(frames) else ""
             message += f": {few('vertex', vertices)}" if len(vertices) else ""
+            message += f"; {kind.remedy}" if kind.remedy else ""
             listed = np.asarray(vertices, np.int64)[:MOST_PLACES]
             numbers = np.array([self.header.number(frame) for frame in frames[:MOST_PLACES]])
-            yield Finding(code, kind.severity, count, listed, numbers, f"{message}.", kind.effect)
+            yield Finding(code, kind.severity, count, listed, numbers, f"{message}.")
 
 
 def _lengths(points: Positions, ends: Integers) -> Floats:

@@ -78,7 +78,7 @@ class InfoReport(Report):
     diagnosis: Diagnosis | None = None
 
     def lines(self) -> list[str]:
-        """Describes the sequence, and lists the findings with advice."""
+        """Describes the sequence, and lists the findings."""
         messages = list[str]()
         if self.meshes:
             head = ["mesh", "frames", "vertices", "missing", "unit"]
@@ -91,7 +91,6 @@ class InfoReport(Report):
         messages += ["", *(["No problems were found."] * (not self.diagnosis.findings))]
         for one in self.diagnosis.findings:
             messages += wrap(f"{one.severity}: {one.message}", _WIDTH, subsequent_indent="  ")
-            messages += wrap(one.advice, _WIDTH, initial_indent="  ", subsequent_indent="  ")
         return [*messages, *super().lines()]
 
     def to_dict(self) -> dict[str, Any]:
