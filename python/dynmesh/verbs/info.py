@@ -2,7 +2,7 @@
 
 import os
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import closing
 from dataclasses import dataclass
 from textwrap import wrap
@@ -149,19 +149,17 @@ def info(
     if faces is not None:
         source = {**source, "faces": faces}
     check_flags(strict=strict)
-    name, moves, prim = "memory", dict[str, bool](), source.get("prim")
-    if not isinstance(prim, str | None):
-        prim = next(iter(names)) if len(names := [*prim]) == 1 else names
+    given = source.get("prim")
+    chosen = [given] if isinstance(given, str) else [*(given or ["all"])]
+    name, several, problem = "memory", dict[str, MeshRow](), tuple[str, ...]()
     if isinstance(sequence, str | os.PathLike):
         name = formats.format_of(sequence, source.get("format")).name
-        moves = dict(formats.meshes_of(sequence, source.get("format")))
-    several, problem = dict[str, MeshRow](), tuple[str, ...]()
-    is_one = isinstance(prim, str) and prim != "all"
-    if isinstance(sequence, str | os.PathLike) and len(moves) > 1 and not is_one:
-        several, problem = _meshes(sequence, moves, prim or "all", source)
-        if prim is not None or (sum(moves.values()) != 1 and not strict):
-            message = "`prim` describes one of them, by its path"
-            return InfoReport(format=name, meshes=several, remarks=(*problem, message))
+        moves = formats.meshes_of(sequence, source.get("format"))
+        if len(moves) > 1 and (len(chosen) > 1 or chosen == ["all"]):
+            several, problem = _meshes(sequence, moves, chosen, source)
+            if given is not None or (sum(moves.values()) != 1 and not strict):
+                message = "`prim` describes one of them, by its path"
+                return InfoReport(format=name, meshes=several, remarks=(*problem, message))
     with formats.opened(sequence, **source) as reader:
         diagnosis = diagnose(reader, progress=progress)
         remarks = reader.remarks
@@ -176,17 +174,17 @@ def info(
 
 
 def _meshes(
-    path: PathLike, moves: Mapping[str, bool], prim: str | Iterable[str], source: Source
+    path: PathLike, moves: Mapping[str, bool], chosen: list[str], source: Source
 ) -> tuple[dict[str, MeshRow], tuple[str, ...]]:
     """Describes several meshes, or says why one of them cannot be read."""
-    names = [*moves] if prim in ("all", ["all"]) else [*prim]
+    names = [*moves] if chosen == ["all"] else chosen
     rows = {name: MeshRow(moves=moves.get(name, False)) for name in names}
     how: Source = {**source}
     is_usd = "primvar" in formats.format_of(path, source.get("format")).takes
     if is_usd:
         how["gaps"] = "lost"
     try:
-        for one_or_more in [prim] if is_usd else names:
+        for one_or_more in [chosen] if is_usd else names:
             how["prim"] = one_or_more
             with formats.open(path, **how) as frames:
                 for name, one in (frames.each or {str(frames.header.name): frames}).items():
