@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._arrays import Floats, Positions
-from ..draw.figures import SURFACE_COLOUR
+from ..draw.figures import SURFACE_COLOUR, View
 from ..draw.page.document import FIELD_OF_VIEW, document, new_plot, number_of
 from ..scans import DepthScan
 
@@ -39,10 +39,10 @@ def rig_page(
     seats = np.array([pose[:3, 3] for pose in scan.poses])
     # Points far away, as of a wrong depth, would leave nothing of the rest to see.
     box = np.quantile(np.concatenate(clouds), (0.001, 0.999), axis=0)
-    every = np.concatenate([box, *meshes, seats])
-    low, high = every.min(axis=0), every.max(axis=0)
-    length = float((high - low).max()) or 1.0
     up = up or "xyz"[int(np.abs(np.sum(scan.poses, axis=0)[:3, 1]).argmax())]
+    view = View.of(np.concatenate([box, *meshes, seats]), up, 45.0)
+    low, high = view.box
+    length = float((high - low).max()) or 1.0
     k3d, plot = new_plot(up)
     for colour, cloud, depth, intrinsics, pose in zip(cycle(_COLOURS), clouds, *scan, strict=False):
         if len(cloud):
@@ -59,12 +59,10 @@ def rig_page(
     pairs = np.argwhere(np.triu(np.abs(corners[:, None] - corners).sum(axis=2) == 1))
     plot += _lines(k3d, corners, pairs.astype(np.uint32), 0)
     plot.grid_visible, plot.grid_auto_fit, plot.grid = True, False, [*low.tolist(), *high.tolist()]
-    axis = "xyz".index(up)
-    direction = np.where(np.arange(3) == axis, 0.8, 1.0)
     radius = np.linalg.norm(high - low) / 2 / np.sin(np.radians(FIELD_OF_VIEW / 2))
     middle = (low + high) / 2
-    seat = middle + direction / np.linalg.norm(direction) * radius
-    plot.camera = [*seat.tolist(), *middle.tolist(), *np.eye(3)[axis].tolist()]
+    seat = middle + radius * view.axes[2]
+    plot.camera = [*seat.tolist(), *middle.tolist(), *view.axes[1].tolist()]
     about = {
         "title": f"{title}, the first scan",
         "told": told,
