@@ -39,11 +39,13 @@ def rig_page(
     seats = np.array([pose[:3, 3] for pose in scan.poses])
     # Points far away, as of a wrong depth, would leave nothing of the rest to see.
     box = np.quantile(np.concatenate(clouds), (0.001, 0.999), axis=0)
-    up = up or "xyz"[int(np.abs(np.sum(scan.poses, axis=0)[:3, 1]).argmax())]
-    view = View.of(np.concatenate([box, *meshes, seats]), up, 45.0)
+    heads = -np.sum(scan.poses, axis=0)[:3, 1]
+    axis = "xyz".index(up) if up else int(np.abs(heads).argmax())
+    is_reversed = not up and heads[axis] < 0  # as in the axes of a camera, whose y points down
+    view = View.of(np.concatenate([box, *meshes, seats]), "xyz"[axis], 45.0)
     low, high = view.box
     length = float((high - low).max()) or 1.0
-    k3d, plot = new_plot(up)
+    k3d, plot = new_plot("none" if is_reversed else "xyz"[axis])
     for colour, cloud, depth, intrinsics, pose in zip(cycle(_COLOURS), clouds, *scan, strict=False):
         if len(cloud):
             size = 0.004 * length
@@ -61,8 +63,9 @@ def rig_page(
     plot.grid_visible, plot.grid_auto_fit, plot.grid = True, False, [*low.tolist(), *high.tolist()]
     radius = np.linalg.norm(high - low) / 2 / np.sin(np.radians(FIELD_OF_VIEW / 2))
     middle = (low + high) / 2
-    seat = middle + radius * view.axes[2]
-    plot.camera = [*seat.tolist(), *middle.tolist(), *view.axes[1].tolist()]
+    turn = np.where((np.arange(3) == axis) & is_reversed, -1, 1)
+    seat = middle + radius * turn * view.axes[2]
+    plot.camera = [*seat.tolist(), *middle.tolist(), *(turn * view.axes[1]).tolist()]
     about = {
         "title": f"{title}, the first scan",
         "told": told,

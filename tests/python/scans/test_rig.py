@@ -69,6 +69,7 @@ def with_camera(rig: Rig, number: int, **changed: Any) -> Rig:
 
 
 AXES = np.diag([1.0, -1, -1, 1])
+UPRIGHT = np.eye(4)[[0, 2, 1, 3]] * [1, -1, 1, 1]  # a camera that looks along y, with z up
 
 MISREAD: dict[str, tuple[Callable[[ScanCamera], ScanCamera], str]] = {
     "inverted": (posed(np.linalg.inv), "the poses are inverted"),
@@ -320,6 +321,21 @@ def test_the_page_shows_cameras_and_what_was_found(
     assert shown.complaints == []
     assert "exists already" in run(*words, *template, "--page", output, code=1).stderr
     run(*words, "--page", tmp_path / "bare.html", code=0 if is_right else 3)
+
+
+@pytest.mark.parametrize(("pose", "axis"), [(np.eye(4), -2), (AXES, 2), (UPRIGHT, 3)])
+def test_the_page_shows_upright_what_upright_cameras_see(
+    pose: Any, axis: int, folder: Path, tmp_path: Path, chromium: Any
+) -> None:
+    """Also in the axes of a camera, whose y points down."""
+    rig = read_cameras(folder / "single" / "cameras.json")
+    write_cameras(tmp_path / "cameras.json", changed(posed(lambda _: pose), rig))
+    output = tmp_path / "rig.html"
+    run("rig", folder / "single", "--cameras", tmp_path / "cameras.json", "--page", output)
+    shown = Page(chromium, output, "#rig-crop:not(:empty)")
+    up = shown.page.evaluate("(async () => (await K3DInstance).getWorld().camera.up.toArray())()")
+    assert np.sign(axis) * up[abs(axis) - 1] > 0.5
+    assert shown.complaints == []
 
 
 def test_a_box_is_drawn_on_the_page_in_the_unit_of_the_scans(
