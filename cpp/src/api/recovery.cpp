@@ -141,11 +141,10 @@ Recovery::Sought Recovery::seek(SurfaceFit& surface, const Memory& memory,
   if (best.is_better && is_good(best.measure)) return best;
   // By a registration.
   if (memory.tracking.frames_until_search != 0 || !are_of_a_surface(found)) return best;
-  if (const auto pose = registered(memory.tracking.good, measurement)) {
-    seek_from(pose->x, pose->is_good());
-  }
+  const auto pose = registered(memory.tracking.good, measurement);
+  if (pose) seek_from(pose->x, pose->is_good());
   best.measure.is_start = false;  // the scan may show another pose
-  best.by_registration = true;
+  best.by_registration = pose.has_value();
   return best;
 }
 

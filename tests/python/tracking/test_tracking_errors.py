@@ -166,6 +166,18 @@ def test_a_template_that_is_lost_is_registered_anew_at_most_once_in_ten_frames()
     np.testing.assert_array_equal(frames[1::2], frames[::2])
 
 
+def test_a_subject_that_left_is_found_in_the_first_frame_in_which_it_is_back() -> None:
+    """Frames without points are no searches, after which the next ones would have to wait."""
+    mesh = bumpy_torus(24)
+    tracker = Tracker(mesh.faces, mesh.vertices, recover=True)
+    tracker.push(*torus_scan(mesh, turned(mesh.vertices, 0.03)))
+    for _ in range(2):
+        tracker.skip()
+    back = np.add(turned(mesh.vertices, 2.1), [40, 0, 0])
+    assert np.abs(tracker.push(*torus_scan(mesh, back)) - back).max() < 0.3 * edge(mesh)
+    assert tracker.report.recovered
+
+
 def test_a_registration_that_finds_nothing_leaves_no_trace(rng: np.random.Generator) -> None:
     mesh = bumpy_torus(16)
     points, normals = torus_scan(mesh, turned(mesh.vertices, 0.03))
