@@ -100,7 +100,7 @@ bool Recovery::is_due(const Memory& memory, const Measure& measure) const {
 }
 
 /// Whether the points lie on some surface, within noise or with normals like those of their
-/// neighbours. Others are of nothing that can be found.
+/// neighbours. Others are of nothing that can be found, and take many iterations.
 bool Recovery::are_of_a_surface(const FittedSurface& found) const {
   const PointQuality points = quality_of(bent(found.x, found.normals), found.points);
   const double most =
@@ -126,6 +126,7 @@ Recovery::Sought Recovery::seek(SurfaceFit& surface, const Memory& memory,
                                 const Measure& measure, const Memory& next) const {
   Sought best = {memory, next};
   best.measure = measure;
+  if (!are_of_a_surface(found)) return best;
   const auto seek_from = [&](const Frame& frame, bool was_registered) {
     Sought sought = {memory, next};
     surface.whole().place(frame, sought.start);
@@ -140,7 +141,7 @@ Recovery::Sought Recovery::seek(SurfaceFit& surface, const Memory& memory,
   if (is_ruined(measure)) seek_from(memory.tracking.good, false);
   if (best.is_better && is_good(best.measure)) return best;
   // By a registration.
-  if (memory.tracking.frames_until_search != 0 || !are_of_a_surface(found)) return best;
+  if (memory.tracking.frames_until_search != 0) return best;
   const auto pose = registered(memory.tracking.good, measurement);
   if (pose) seek_from(pose->x, pose->is_good());
   best.measure.is_start = false;  // the scan may show another pose

@@ -43,8 +43,9 @@ class Recovery {
     bool is_better = false;  ///< than what was found before
     bool by_registration = false;
   };
-  /// Seeks the template from elsewhere than in `memory`, from which `found` was found. The search
-  /// goes on until a result is good; else, the one with the least doubt replaces a lost one.
+  /// Seeks the template from elsewhere than in `memory`, from which `found` was found, unless the
+  /// points are of no surface. The search goes on until a result is good; else, the one with the
+  /// least doubt replaces a lost one.
   Sought seek(SurfaceFit& surface, const Memory& memory, const PointScan& measurement,
               const FittedSurface& found, const Measure& measure, const Memory& next) const;
 
