@@ -30,7 +30,7 @@ inline constexpr struct QualityLimits {
   double leap = 0.035;
   double leap_times = 2.5;
   double leap_stretch = 0.03;
-  double still_lost = 0.5;  ///< of `leap_stretch`, until which it stays lost
+  double still_lost = 0.5;  ///< the share of that departure down to which it stays lost
   /// The same of parts that come apart, by so many mean edges. A machine that was turned, and whose
   /// parts were drawn to other ones, did so at 0.2 to 0.7 of the places where they touch, where
   /// 0.06 is the most of joints; and a doubt of this, at least, speaks against it; against what

@@ -127,10 +127,10 @@ Quality judged(Measure& measure, const Before& before) {
   measure.leap = 0;
   if (is_first || before.was_registered) return quality_of(measure);
   const double departure = measure.stretch - recent.stretch.mean;
-  const double usual = limits.deviations * recent.stretch.deviation;
+  const double unusual =
+      std::max(limits.leap_stretch, limits.deviations * recent.stretch.deviation);
   // A pose that was lost settles: it is bent less from frame to frame, and stays another one.
-  const double least = (before.was_misplaced ? limits.still_lost : 1) * limits.leap_stretch;
-  if (departure > std::max(least, usual)) {
+  if (departure > (before.was_misplaced ? limits.still_lost : 1) * unusual) {
     measure.leap = measure.change / std::max(limits.leap, limits.leap_times * recent.change.mean);
   }
   if (measure.doubt > limits.parted_doubt) {
