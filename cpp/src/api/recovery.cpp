@@ -1,9 +1,11 @@
 #include "api/recovery.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <dynmesh/registration.hpp>
 #include <dynmesh/tracker.hpp>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 #include "base/geometry.hpp"
@@ -64,6 +66,7 @@ BentSurface Recovery::bent(Field x, Field normals) const {
 void Recovery::begin(Memory& memory) const {
   memory.tracking.good = first_;
   memory.tracking.good_in_a_row = quality_limits.settled_frames;
+  memory.tracking.noise = surface_.constants().usual_noise;
   if (!is_wanted_) return;
   // A scan that has been far from the surface from the start may show other things beside it, so
   // the first pause lasts until a frame is good.
@@ -172,6 +175,14 @@ void Recovery::remember(const Memory& memory, const Measure& measure,
     }
   } else if (has_points) {
     tracking.good_in_a_row = 0;
+  }
+  // Where the template may be wrong, points weigh as usual, so that it can still turn.
+  const bool is_settled = tracking.good_in_a_row == quality_limits.settled_frames;
+  const double usual = surface_.constants().usual_noise;
+  tracking.noise = is_settled ? memory.tracking.noise : usual;
+  if (is_settled && measure.noise > 0) {
+    const double found = measure.noise / surface_.mean_edge();
+    tracking.noise = std::sqrt(std::midpoint(std::pow(tracking.noise, 2), std::pow(found, 2)));
   }
   if (!is_wanted_) return;
   next.tracking.frames_until_search = memory.tracking.frames_until_search;

@@ -55,7 +55,7 @@ struct Tracking {
   using Report = TrackingReport;
 
   /// What a state is of. The last character is the version of the format.
-  static constexpr StateFormat format = {'d', 'y', 'n', 't', 'r', 'a', 'c', 'O'};
+  static constexpr StateFormat format = {'d', 'y', 'n', 't', 'r', 'a', 'c', 'P'};
   static constexpr const char* name = "tracker";
 
   Tracking(Stream& shared, const TrackerSettings& settings, std::vector<Vector3> frame)

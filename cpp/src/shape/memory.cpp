@@ -79,6 +79,7 @@ void check_memory(const Memory& memory, double largest) {
   if (!(memory.tracking.times_weight > 0 && memory.tracking.times_weight <= 1)) {
     refuse_state("has no weight of points");
   }
+  if (!(memory.tracking.noise >= 0)) refuse_state("holds a noise of points that is none");
   const double share = memory.tracking.correction_share;
   if (!(share >= 0 && share < 1)) {
     refuse_state("holds a share of the last correction that is not from 0 to 1");

@@ -137,7 +137,11 @@ struct TrackingMemory {
   std::vector<Vector3> before;            ///< (k,) the frame before the last one
   FitMemory coarse_fit;                   ///< of the coarse mesh
   std::vector<double> coarse_departures;  ///< of the coarse mesh
-  double times_weight = 1;                ///< as FitOptions
+  /// How many times more than usual points weigh since the subject rests or moves, at most 1.
+  double times_weight = 1;
+  /// The standard deviation of the points of the last frames, of which each counts half as much as
+  /// the one after it, in mean edges; what is usual while the surface may be elsewhere.
+  double noise = 0;
   /// (k,) How far the iterations on the template led it from where it followed the coarse mesh,
   /// turned back by Q, empty if there are none; and with which share of that the next ones begin.
   std::vector<Vector3> corrections;
@@ -235,6 +239,7 @@ void each_number(Visited& memory, const Visit& visit) {
   visit(memory.departures);
   visit(tracking.coarse_departures);
   visit(tracking.times_weight);
+  visit(tracking.noise);
   visit(tracking.corrections);
   visit(tracking.correction_share);
   visit(tracking.colours.of_vertices);

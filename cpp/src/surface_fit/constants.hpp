@@ -62,14 +62,18 @@ struct TrackingConstants {
   /// It is factored for the middle of the weights of some iterations, and again where they have
   /// grown so many times.
   double factored_growth = 8;
-  /// The weight of a point in the last iteration, how much smaller it is in each one before, and
-  /// its smallest value: the stiff surface first comes to lie right as a whole. The modes of a
-  /// training sequence are fitted with the smallest, as the noise of the points and what is between
-  /// them then say little. The membrane of cloth lets its weights be larger, since it keeps the
-  /// noise of the points and wrong matches from folding the surface.
+  /// The weight of a point of `usual_noise` in the last iteration, how much smaller it is in each
+  /// one before, and its smallest value: the stiff surface first comes to lie right as a whole. The
+  /// modes of a training sequence are fitted with the smallest, as the noise of the points and what
+  /// is between them then say little. The membrane of cloth lets its weights be larger, since it
+  /// keeps the noise of the points and wrong matches from folding the surface.
   double last_weight = 2;
   double weight_growth = 2.2;
   double first_weight = 0.05;
+  /// Points of another noise weigh in inverse proportion to their variance, of which the square of
+  /// this is left where they are exact: so far is the surface from what triangles can follow.
+  double usual_noise = 0.14;
+  double least_noise = 0.1;
   /// After frames in which a subject rests, points weigh less, so that their noise bends it less,
   /// down to a least share, and more again once it moves: this to the power of the correlation of
   /// two steps, of vertices that moved by more than so many mean edges.

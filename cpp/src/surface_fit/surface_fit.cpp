@@ -49,6 +49,12 @@ double next_times_weight(const Memory& memory, const FittedSurface& found, doubl
   return std::clamp(times * memory.tracking.times_weight, constants.least_times_weight, 1.0);
 }
 
+/// How many times more than usual points weigh for their noise in the last frames.
+double precision_of(const TrackingMemory& memory, const TrackingConstants& constants) {
+  const double least = std::pow(constants.least_noise, 2);
+  return (std::pow(constants.usual_noise, 2) + least) / (std::pow(memory.noise, 2) + least);
+}
+
 /// How far most vertices moved in the last frame.
 double usual_step(const Memory& memory) {
   std::vector<double> steps;
@@ -99,16 +105,16 @@ void SurfaceFit::begin(Memory& memory) const {
 }
 
 FittedSurface SurfaceFit::fit(const Memory& memory, const PointScan& scan, Memory& next) {
-  if (coarse_ == nullptr) {
-    return whole_.fit(memory, scan, {.times_weight = memory.tracking.times_weight}, next);
-  }
+  FitOptions options = {.times_weight = memory.tracking.times_weight,
+                        .precision = precision_of(memory.tracking, whole_.constants())};
+  if (coarse_ == nullptr) return whole_.fit(memory, scan, options, next);
   auto& [surface, level, first] = *coarse_;
   Memory last = first;
   surface.choose(memory, last);
   level.find_shape(last);
   Memory found = last;
   // Colours are matched on the template, unless it only follows.
-  FitOptions options = {.times_weight = memory.tracking.times_weight, .matches_colours = is_live_};
+  options.matches_colours = is_live_;
   if (is_live_ && !scan.colours.empty()) {
     last.tracking.colours = surface.colours(memory.tracking.colours);
   }
@@ -124,7 +130,9 @@ FittedSurface SurfaceFit::fit(const Memory& memory, const PointScan& scan, Memor
   next.tracking.coarse_departures = level.departures(found, memory.tracking.coarse_departures);
   auto x = surface.restored(last, found, memory, whole_.rest_shape(memory), next);
   const int most_iterations = is_live_ ? 0 : whole_.constants().whole_iterations;
-  return whole_.refine(std::move(x), memory, scan, most_iterations, frame.iterations, next);
+  options.matches_colours = true;
+  return whole_.refine(std::move(x), memory, scan, options, most_iterations, frame.iterations,
+                       next);
 }
 
 void SurfaceFit::remember(const Memory& memory, const FittedSurface& found, bool moves,

@@ -58,8 +58,8 @@ SurfaceFrame SurfaceLevel::find(const Memory& memory, const PointScan& scan,
   if (!options.whole.empty()) {
     matcher_.compare_with(memory.last, frame.visibility, *finer_, options.whole, frame.points);
   }
-  align_rigidly(memory, options.fewest_iterations, frame);
-  if (seek_lost(frame)) align_rigidly(memory, options.fewest_iterations, frame);
+  align_rigidly(memory, options, frame);
+  if (seek_lost(frame)) align_rigidly(memory, options, frame);
   std::vector<Vector3> before = frame.x;
   std::optional<Preconditioner> preconditioner;
   for (int left = frame.iterations; left-- > 0;) {
@@ -74,8 +74,8 @@ SurfaceFrame SurfaceLevel::find(const Memory& memory, const PointScan& scan,
 }
 
 FittedSurface SurfaceLevel::refine(std::vector<Vector3> x, const Memory& memory,
-                                   const PointScan& scan, int most_iterations, int iterations,
-                                   Memory& next) {
+                                   const PointScan& scan, const FitOptions& options,
+                                   int most_iterations, int iterations, Memory& next) {
   next.fit = memory.fit;
   next.sizes = memory.sizes;
   auto visibility = matcher_.visibility_of(x, scan);
@@ -93,8 +93,7 @@ FittedSurface SurfaceLevel::refine(std::vector<Vector3> x, const Memory& memory,
   double largest = std::numeric_limits<double>::infinity();
   for (int i = 0; i < most_iterations && !lies_still(largest); ++i) {
     const std::vector<Vector3> before = frame.x;
-    iterate(0, i == 0, constants_.whole_solution, {.times_weight = memory.tracking.times_weight},
-            memory, preconditioner, frame, next);
+    iterate(0, i == 0, constants_.whole_solution, options, memory, preconditioner, frame, next);
     largest = 0;
     for (std::size_t v = 0; v < before.size(); ++v) {
       largest = std::max(largest, squared_norm(frame.x[v] - before[v]));
@@ -102,10 +101,11 @@ FittedSurface SurfaceLevel::refine(std::vector<Vector3> x, const Memory& memory,
   }
   if (correction) correction->end(matcher_.normals_of(frame.x), next.q, frame.x, next.tracking);
   if (most_iterations == 0 && has_uncertainty_) {
-    frame.rows = matcher_.match(frame.x, frame.visibility,
-                                {.walked = constants_.resolution,
-                                 .weight = memory.tracking.times_weight * constants_.last_weight},
-                                frame.points);
+    frame.rows = matcher_.match(
+        frame.x, frame.visibility,
+        {.walked = constants_.resolution,
+         .weight = options.times_weight * options.precision * constants_.last_weight},
+        frame.points);
   } else if (most_iterations == 0) {
     matcher_.nearest_places(frame.x, frame.visibility, constants_.resolution, frame.points);
   }
@@ -127,8 +127,9 @@ std::vector<Vector3> SurfaceLevel::wanted_differences(const Memory& memory) cons
 /// Moves the components of X rigidly to the points until they lie still, first as one, then each to
 /// its own points. Finds how many iterations are to follow: the farther the points are, the more
 /// slowly their weight grows.
-void SurfaceLevel::align_rigidly(const Memory& memory, int fewest_iterations, SurfaceFrame& frame) {
-  const MatchOptions options = {
+void SurfaceLevel::align_rigidly(const Memory& memory, const FitOptions& options,
+                                 SurfaceFrame& frame) {
+  const MatchOptions matching = {
       .walked = constants_.radius, .points = rigid_points_, .scale = constants_.radius / 2};
   const LearnedTies& ties = step_.ties();
   auto differences = wanted_differences(memory);
@@ -136,7 +137,7 @@ void SurfaceLevel::align_rigidly(const Memory& memory, int fewest_iterations, Su
   const auto is_near = [&](const Tie& tie) { return squared_norm(tie.kept) <= reach * reach; };
   double stiffness = std::ranges::any_of(ties.between(), is_near) ? constants_.first_stiffness : 1;
   for (int step = 0; step < constants_.most_iterations; ++step) {
-    frame.rows = matcher_.match(frame.x, frame.visibility, options, frame.points);
+    frame.rows = matcher_.match(frame.x, frame.visibility, matching, frame.points);
     // Cloth bends while it moves, which its planes cannot tell from a rigid motion along it.
     if (all_slide_ || frame.rows.size() < constants_.fewest) break;
     frame.ties = ties.weighted(ties.departed(frame.x, differences, memory.departures));
@@ -149,7 +150,11 @@ void SurfaceLevel::align_rigidly(const Memory& memory, int fewest_iterations, Su
   frame.iterations = constants_.most_iterations;
   if (any_slides_) return;
   const double distance = matcher_.distance_of(constants_.far_share, frame.rows);
-  const double wanted = fewest_iterations + constants_.iterations_per_edge * distance;
+  // The first iterations are as stiff as with usual weights: a stiff surface turns, where one that
+  // bends does not.
+  const double sharper = std::log(options.precision) / std::log(constants_.weight_growth);
+  const double wanted = options.fewest_iterations + std::max(0.0, sharper) +
+                        constants_.iterations_per_edge * distance;
   frame.iterations =
       static_cast<int>(std::min<double>(std::ceil(wanted), constants_.most_iterations));
 }
@@ -189,10 +194,11 @@ bool SurfaceLevel::iterate(int left, bool fits_modes, const SolverLimits& limits
                            const FitOptions& options, const Memory& memory,
                            std::optional<Preconditioner>& preconditioner, SurfaceFrame& frame,
                            Memory& next) {
-  const double last_weight = options.times_weight * constants_.last_weight;
+  const bool arrives = left < constants_.final_iterations;
+  const double precision = arrives ? options.precision : std::min(1.0, options.precision);
+  const double last_weight = options.times_weight * precision * constants_.last_weight;
   const double weight =
       std::max(constants_.first_weight, last_weight * std::pow(constants_.weight_growth, -left));
-  const bool arrives = left < constants_.final_iterations;
   const bool has_colours =
       arrives && options.matches_colours && !frame.points.scan->colours.empty();
   const SurfaceColours* const colours = has_colours ? &memory.tracking.colours : nullptr;

@@ -30,6 +30,9 @@ struct FitOptions {
   /// the first are stiffer. In the last one, a point weighs so many times its usual weight.
   int fewest_iterations = 1;
   double times_weight = 1;
+  /// How many times more points weigh for their noise. Larger weights begin where the surface has
+  /// arrived, since before that the distance of a point is not noise, and take more iterations.
+  double precision = 1;
   Field whole = {};  ///< the last frame of the whole of which this is a coarse mesh, or empty
   bool matches_colours = true;                                     ///< of points that have them
   double yields_beyond = std::numeric_limits<double>::infinity();  ///< as StepInput
@@ -91,7 +94,8 @@ class SurfaceLevel {
   /// Iterates from X (k,), of which `next` holds the rotations, with the last weights until it lies
   /// still, so often at most. `iterations` preceded elsewhere. `next` then holds how far they led.
   FittedSurface refine(std::vector<Vector3> x, const Memory& memory, const PointScan& scan,
-                       int most_iterations, int iterations, Memory& next);
+                       const FitOptions& options, int most_iterations, int iterations,
+                       Memory& next);
 
   /// Compares a frame with what was measured.
   FittedSurface agreement_with(const PointScan& scan, std::vector<Vector3> frame);
@@ -140,7 +144,7 @@ class SurfaceLevel {
   };
 
   [[nodiscard]] std::vector<Vector3> wanted_differences(const Memory& memory) const;
-  void align_rigidly(const Memory& memory, int fewest_iterations, SurfaceFrame& frame);
+  void align_rigidly(const Memory& memory, const FitOptions& options, SurfaceFrame& frame);
   [[nodiscard]] std::vector<std::uint8_t> find_placed(const SurfaceFrame& frame) const;
   bool seek_lost(SurfaceFrame& frame);
   bool iterate(int left, bool fits_modes, const SolverLimits& limits, const FitOptions& options,
