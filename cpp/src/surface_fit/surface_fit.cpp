@@ -105,32 +105,34 @@ void SurfaceFit::begin(Memory& memory) const {
 }
 
 FittedSurface SurfaceFit::fit(const Memory& memory, const PointScan& scan, Memory& next) {
-  FitOptions options = {.times_weight = memory.tracking.times_weight,
-                        .precision = precision_of(memory.tracking, whole_.constants())};
+  const FitOptions options = {.times_weight = memory.tracking.times_weight,
+                              .precision = precision_of(memory.tracking, whole_.constants())};
   if (coarse_ == nullptr) return whole_.fit(memory, scan, options, next);
   auto& [surface, level, first] = *coarse_;
   Memory last = first;
   surface.choose(memory, last);
   level.find_shape(last);
   Memory found = last;
-  // Colours are matched on the template, unless it only follows.
-  options.matches_colours = is_live_;
+  // Colours are matched on the template, and points draw it as closely as their noise lets them,
+  // unless it only follows.
+  FitOptions of_coarse = options;
+  of_coarse.matches_colours = is_live_;
+  if (!is_live_) of_coarse.precision = std::min(1.0, options.precision);
   if (is_live_ && !scan.colours.empty()) {
     last.tracking.colours = surface.colours(memory.tracking.colours);
   }
   // Where the surface moves farther, what was measured of the template says nothing any more.
   const TrackingConstants& constants = level.constants();
   if (usual_step(memory) < constants.corrected_steps * level.mean_edge()) {
-    options.whole = memory.last;
+    of_coarse.whole = memory.last;
   }
-  SurfaceFrame frame = level.find(last, scan, options, found);
+  SurfaceFrame frame = level.find(last, scan, of_coarse, found);
   found.last = std::move(frame.x);
   level.fit_rotations(found);
   next.tracking.coarse_fit = found.fit;
   next.tracking.coarse_departures = level.departures(found, memory.tracking.coarse_departures);
   auto x = surface.restored(last, found, memory, whole_.rest_shape(memory), next);
   const int most_iterations = is_live_ ? 0 : whole_.constants().whole_iterations;
-  options.matches_colours = true;
   return whole_.refine(std::move(x), memory, scan, options, most_iterations, frame.iterations,
                        next);
 }
