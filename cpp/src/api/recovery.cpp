@@ -176,8 +176,10 @@ void Recovery::remember(const Memory& memory, const Measure& measure,
   } else if (has_points) {
     tracking.good_in_a_row = 0;
   }
-  // Where the template may be wrong, points weigh as usual, so that it can still turn.
-  const bool is_settled = tracking.good_in_a_row == quality_limits.settled_frames;
+  // Where the template may be wrong, as it may be at first, points weigh as usual, so that it can
+  // still turn.
+  constexpr int settled = quality_limits.settled_frames;
+  const bool is_settled = tracking.good_in_a_row == settled && tracking.recent.count >= settled;
   const double usual = surface_.constants().usual_noise;
   tracking.noise = is_settled ? memory.tracking.noise : usual;
   if (is_settled && measure.noise > 0) {
