@@ -113,11 +113,11 @@ FittedSurface SurfaceFit::fit(const Memory& memory, const PointScan& scan, Memor
   surface.choose(memory, last);
   level.find_shape(last);
   Memory found = last;
-  // Colours are matched on the template, and points draw it as closely as their noise lets them,
-  // unless it only follows.
+  // Exact points draw the template as closely as they can, not the coarse mesh, which is farther
+  // from them. Colours are matched on the template, unless it only follows.
   FitOptions of_coarse = options;
+  of_coarse.precision = std::min(1.0, options.precision);
   of_coarse.matches_colours = is_live_;
-  if (!is_live_) of_coarse.precision = std::min(1.0, options.precision);
   if (is_live_ && !scan.colours.empty()) {
     last.tracking.colours = surface.colours(memory.tracking.colours);
   }
