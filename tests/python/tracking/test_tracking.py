@@ -37,6 +37,20 @@ def test_noise_does_not_accumulate(rng: np.random.Generator) -> None:
     assert np.mean(errors[20:]) < 1.3 * np.mean(errors[:20])
 
 
+@pytest.mark.parametrize(("noise", "limit"), [(0.02, 0.25), (0.6, 0.5)])
+def test_noisy_points_draw_the_template_less(
+    noise: float, limit: float, rng: np.random.Generator
+) -> None:
+    sequence = dynmesh.synth.sequence("bust")
+    mesh = Mesh(sequence.faces.astype(np.int64), sequence.vertices[0].astype(np.float64))
+    tracker = Tracker(mesh.faces, mesh.vertices)
+    errors = []
+    for truth in sequence.vertices[1:13].astype(np.float64):
+        scan = scan_of(mesh, truth, 6000, rng, noise=noise * edge(mesh))
+        errors.append(error(mesh, truth, tracker.push(*scan)))
+    assert np.mean(errors[3:]) < limit
+
+
 @pytest.mark.parametrize(("spacing", "noise"), [(4, 0.05), (4, 0.2), (8, 0.05)])
 def test_points_of_a_line_scanner_are_tracked(
     spacing: float, noise: float, rng: np.random.Generator
