@@ -260,9 +260,14 @@ class Command:
         for option in every:
             self.options.setdefault(option.key, []).append(option)
         self.takes_source = takes_source
-        parameters = [self._parameter(key, option[-1]) for key, option in self.options.items()]
+        parameters = [self._parameter(key, self._told(key)) for key in self.options]
         vars(self)["__signature__"] = inspect.Signature(parameters)
         self.__annotations__ = {each.name: each.annotation for each in parameters}
+
+    def _told(self, key: str) -> Option:
+        """The option whose help and default a command shows: that of the verb, if it has one."""
+        options = self.options[key]
+        return next((one for one in options if one.function is self._verb), options[-1])
 
     def _parameter(self, key: str, option: Option) -> inspect.Parameter:
         kind = inspect.Parameter.KEYWORD_ONLY if option.names else inspect.Parameter.POSITIONAL_ONLY

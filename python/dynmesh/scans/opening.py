@@ -19,14 +19,19 @@ from .reader import DepthReader, PointReader, ScanReader
 from .trajectories import Direction
 
 
-class ScanSource(TypedDict, total=False):
-    """How scans are read: keywords of :func:`open_scans`."""
+class BesideScans(TypedDict, total=False):
+    """What is read beside scans: keywords of :func:`open_scans`."""
 
     cameras: PathLike | Rig | None
     poses: Direction | None
-    gaps: Gaps
     subject: PathLike | None
     least_confidence: float | None
+
+
+class ScanSource(BesideScans, total=False):
+    """How scans are read: keywords of :func:`open_scans`."""
+
+    gaps: Gaps
 
 
 def unit_of_scans(scans: ScanReader, said: str | float | None) -> float | None:

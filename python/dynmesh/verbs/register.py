@@ -10,7 +10,7 @@ import numpy as np
 
 from .. import formats, registration
 from .._arrays import Positions
-from .._checks import check_integer, path_of
+from .._checks import check_choice, check_integer, path_of
 from .._errors import InputError
 from .._options import Input, Method
 from .._report import Report, as_json, steps
@@ -19,12 +19,14 @@ from ..completion.start import template_of
 from ..draw.page import Page
 from ..draw.page import page as scan_page
 from ..formats import OneSequence, PathLike
+from ..formats.format import Gaps
 from ..frame import Frame, Frames
 from ..polygons import Faces, Mesh
 from ..registration import Landmarks, Registration
 from ..run import Run
 from ..scan import Scan
-from ..scans import ScanReader, ScanSource
+from ..scans import ScanReader
+from ..scans.opening import BesideScans
 from ..sequence import Sequence
 from ..topology import size_of, size_of_surface
 from ..tracking.background import Background, Crop
@@ -82,8 +84,9 @@ def registered(
     align: Method[bool] = True,
     scale: Method[bool] = False,
     threads: Method[int] = 1,
+    gaps: Input[Gaps] = "lost",
     progress: bool | None = None,
-    **of_scans: Unpack[ScanSource],
+    **of_scans: Unpack[BesideScans],
 ) -> Run[RegisterReport]:
     """Registers a mesh with a scan: the same mesh, in the pose and the shape of the scan.
 
@@ -105,9 +108,11 @@ def registered(
             Whole sizes are compared, so neither may be a part of the other.
         threads: the number of threads that may work; more than one helps from about 2 000
             vertices or points on.
+        gaps: what images are whose file or pose is missing: "refuse" makes them an error, "lost"
+            what was not observed.
         progress: whether to show on standard error how far it is.
-        of_scans: how the scan is read: `cameras`, `poses`, `gaps`, `subject` and
-            `least_confidence` of :func:`dynmesh.scans.open_scans`.
+        of_scans: how the scan is read: `cameras`, `poses`, `subject` and `least_confidence` of
+            :func:`dynmesh.scans.open_scans`.
 
     Returns:
         One frame, the registered mesh in the unit of the scan, which is made when it is read. Then
@@ -122,8 +127,9 @@ def registered(
         message = "is not possible with scale, as the size of the template is not known"
         raise InputError(message, argument="remove_planes", value=True)
     check_integer("threads", threads, 1, 256)
+    check_choice("gaps", gaps, Gaps)
     marked = [] if landmarks is None else [path_of("landmarks", landmarks)]
-    reader = open_single(scan, frame, **of_scans)
+    reader = open_single(scan, frame, gaps=gaps, **of_scans)
     marks = read_landmarks(marked[0]) if marked else None
     with contextlib.ExitStack() as stack:
         mesh = stack.enter_context(formats.opened(template, "template"))

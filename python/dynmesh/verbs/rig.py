@@ -19,8 +19,9 @@ from ..advice.readings import READINGS
 from ..advice.rig_page import rig_page
 from ..completion.start import template_of
 from ..formats import PathLike
+from ..formats.format import Gaps
 from ..scans import DepthScan, Rig, ScanReader, open_scans
-from ..scans.opening import ScanSource, read_rig
+from ..scans.opening import BesideScans, ScanSource, read_rig
 from ..scans.reader import DepthReader
 from ..tracking.background import Background, Crop
 from ..tracking.inputs import units_of
@@ -78,8 +79,9 @@ def rig(
     scan_unit: Input[float | str | None] = None,
     template_unit: Input[float | str | None] = None,
     crop: Input[Crop | str | None] = None,
+    gaps: Input[Gaps] = "lost",
     progress: bool | None = None,
-    **of_scans: Unpack[ScanSource],
+    **of_scans: Unpack[BesideScans],
 ) -> RigReport:
     """Says what is wrong with the cameras of depth images, and how their file is corrected.
 
@@ -99,16 +101,18 @@ def rig(
         template_unit: the unit of length of a template whose file states none.
         crop: leave out points outside the box x,y,z,x,y,z, or farther than this from that of the
             mesh, in the unit of the scans.
+        gaps: what images are whose file or pose is missing: "refuse" makes them an error, "lost"
+            what was not observed.
         progress: whether to show on standard error how far it is.
-        of_scans: how the scans are read: `cameras`, `poses`, `gaps`, `subject` and
-            `least_confidence` of :func:`dynmesh.scans.open_scans`.
+        of_scans: how the scans are read: `cameras`, `poses`, `subject` and `least_confidence` of
+            :func:`dynmesh.scans.open_scans`.
     """
     path = path_of("scans", scans)
     # Without a crop, planes are found by themselves, but what it leaves of them may be too small.
     room = Background(crop, crop is not None)
     if template is None and room.follows:
         raise InputError("needs a `template`", argument="crop")
-    reading: ScanSource = {"gaps": "lost", **of_scans}
+    reading: ScanSource = {"gaps": gaps, **of_scans}
     stated = read_rig(path, reading.pop("cameras", None), reading.pop("poses", None))
 
     def opened(cameras: Rig | None) -> ScanReader:

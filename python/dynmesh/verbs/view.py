@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, Unpack
 
-from .._checks import check_integer, check_text, path_of
+from .._checks import check_choice, check_integer, check_text, path_of
 from .._errors import InputError
 from .._options import Input, Method
 from ..draw.heatmap import Colour
@@ -16,10 +16,12 @@ from ..draw.page.pick import pick_page
 from ..draw.scales import range_of
 from ..formats import OneSequence, PathLike, Source, opened_together
 from ..formats.conversion import remarks_of
+from ..formats.format import Gaps
 from ..header import Axis
-from ..scans import ScanReader, ScanSource
+from ..scans import ScanReader
 from ..scans.memory import InMemory as ScansInMemory
 from ..scans.memory import opened_scans
+from ..scans.opening import BesideScans
 from ..tracking.inputs import open_single
 
 
@@ -40,8 +42,9 @@ def view(
     azimuth: Method[float] = 60.0,
     max_frames: Method[int] = 120,
     max_vertices: Method[int] = 20_000,
+    gaps: Input[Gaps | None] = None,
     progress: bool | None = None,
-    **of_scans: Unpack[ScanSource],
+    **of_scans: Unpack[BesideScans],
 ) -> Page:
     """Makes a page that plays a sequence in any browser, offline.
 
@@ -71,9 +74,12 @@ def view(
         azimuth: the viewing angle around the up axis, in degrees.
         max_frames: longer sequences show every second, third, ... frame.
         max_vertices: larger meshes are simplified to about this many vertices.
+        gaps: what frames and images are whose file or pose is missing: "refuse" makes them an
+            error, "lost" what was not observed; of `scans`, if there are any. Else, scans are lost,
+            and frames of a sequence an error.
         progress: whether to show on standard error how far it is.
-        of_scans: how the scans are read: `cameras`, `poses`, `gaps`, `subject` and
-            `least_confidence` of :func:`dynmesh.scans.open_scans`.
+        of_scans: how the scans are read: `cameras`, `poses`, `subject` and `least_confidence` of
+            :func:`dynmesh.scans.open_scans`.
 
     Returns:
         A page, which shows itself in a notebook; :meth:`dynmesh.draw.page.Page.write` writes it to
@@ -81,12 +87,14 @@ def view(
     """
     check_integer("max_frames", max_frames, 1)
     check_integer("max_vertices", max_vertices, 4)
+    if gaps is not None:
+        check_choice("gaps", gaps, Gaps)
     if title is not None:
         check_text("title", title)
     require_page(scans=scans is not None)
     shown_range = range_of(colour_range)
     needs_scans: dict[str, Any] = {"scan_unit": scan_unit}
-    needs_scans |= {name: value for name, value in of_scans.items() if name != "gaps"}
+    needs_scans |= of_scans
     for name, value in needs_scans.items():
         if value is not None and scans is None:
             raise InputError("is that of `scans`, which are not given", argument=name)
@@ -97,7 +105,7 @@ def view(
         _check_pick(pick, scans, {**others, "scan_unit": scan_unit})
     table = None if quality is None else path_of("quality", quality)
     with (
-        _opened(scans, of_scans, is_picked=pick is not None) as measured,
+        _opened(scans, gaps, of_scans, is_picked=pick is not None) as measured,
         opened_together(source or {}, sequence=sequence, reference=reference, input=input) as (
             own,
             truth,
@@ -129,18 +137,19 @@ def view(
 
 @contextmanager
 def _opened(
-    scans: PathLike | ScansInMemory | None, how: ScanSource, *, is_picked: bool
+    scans: PathLike | ScansInMemory | None, gaps: Gaps | None, how: BesideScans, *, is_picked: bool
 ) -> Iterator[ScanReader | None]:
     if scans is None:
         yield None
         return
     if isinstance(scans, str | os.PathLike):
         path = path_of("scans", scans)
+        gaps = gaps or "lost"
         if is_picked and path.is_file():
-            yield open_single(path, **how)
+            yield open_single(path, gaps=gaps, **how)
             return
-        how = {"gaps": "lost", **how}
-    with opened_scans(scans, **how) as reader:
+    given: Any = {} if gaps is None else {"gaps": gaps}
+    with opened_scans(scans, **given, **how) as reader:
         yield reader
 
 

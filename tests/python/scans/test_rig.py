@@ -207,6 +207,25 @@ def test_a_camera_without_an_image_is_not_judged(folder: Path, tmp_path: Path) -
     assert told.endswith("these are not judged: 1\n")
 
 
+def test_the_help_says_what_a_command_does_without_an_image(folder: Path, tmp_path: Path) -> None:
+    shutil.copytree(folder / "depth", tmp_path / "depth")
+    (tmp_path / "depth" / "depth_00000_1.png").unlink()
+    scans, body, made = tmp_path / "depth", folder / "body.obj", tmp_path / "made.npz"
+    commands: dict[str, list[str | Path]] = {
+        "rig": [scans, "--template", body],
+        "register": [body, scans / "depth_00000_*.png", made],
+        "track": [scans, tmp_path / "tracked.npz", "--template", body],
+        "view": [body, "--scans", scans, "-o", tmp_path / "page.html"],
+    }
+    for verb, words in commands.items():
+        (told,) = re.findall("--gaps.*", run(verb, "--help").stdout)
+        refuses = verb == "track"
+        assert re.search("default: refuse" if refuses else "default: lost|scans are lost", told)
+        refusal = "there is no image of camera '1' for frame 0"
+        assert refusal in run(verb, *words, "--gaps", "refuse", code=1).stderr
+        assert (refusal in run_here(verb, *words).stderr) == refuses
+
+
 def test_a_vertex_of_the_template_without_a_face_does_not_count(
     folder: Path, tmp_path: Path
 ) -> None:
