@@ -17,16 +17,23 @@ CAMERAS = (
 )
 
 
-def sizes(of_scan: float, of_template: float, units: Units) -> str:
-    """States the diagonals of a scan and a template in their units; empty if they are alike."""
+def sizes(of_scan: float, of_template: float, units: Units, *, ratio_is_told: bool = False) -> str:
+    """States the diagonals of a scan and a template in their units; empty if they are alike.
+
+    Their ratio is stated, too, unless it `ratio_is_told` already, perhaps as another one, of sizes
+    that are measured in another way.
+    """
     ratio = of_scan * units.factor / of_template
     if 1 / _core.other_size < ratio < _core.other_size:
         return ""
     ours, theirs = ("no unit stated" if unit is None else f"in {unit:g} m" for unit in units)
     advice = "; `template_unit` and `scan_unit` state units" if None in units else ""
+    stated = f"the scan is {ratio:.3g} times as large as the template: its diagonal is"
+    if ratio_is_told:
+        stated = "the diagonal of the scan is"
     return (
-        f"the scan is {ratio:.3g} times as large as the template: its diagonal is {of_scan:.3g} "
-        f"({theirs}), that of the template {of_template:.3g} ({ours}){advice}"
+        f"{stated} {of_scan:.3g} ({theirs}), that of the template "
+        f"{of_template:.3g} ({ours}){advice}"
     )
 
 

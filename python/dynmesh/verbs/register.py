@@ -138,8 +138,9 @@ def registered(
         size = size_of_surface(mesh.faces, own)
         first = np.asarray(own / units.factor, own.dtype)  # in the unit of the scan
 
-        def sizes_in(left: Scan) -> str:
-            return "" if scale else sizes(size_of(left.cloud), size, units)
+        def sizes_in(left: Scan, *, ratio_is_told: bool) -> str:
+            scanned = size_of(left.cloud)
+            return "" if scale else sizes(scanned, size, units, ratio_is_told=ratio_is_told)
 
         def fit(left: Scan) -> Registration:
             try:
@@ -155,7 +156,8 @@ def registered(
                     )
             except InputError as error:
                 about = marked[0] if str(error).startswith("landmarks: ") else None
-                message = "; ".join(filter(None, [str(error), sizes_in(left)]))
+                stated = sizes_in(left, ratio_is_told=True)
+                message = "; ".join(filter(None, [str(error), stated]))
                 raise InputError(message, file=about) from error
 
         def make() -> Generator[Frame, None, RegisterReport]:
@@ -170,7 +172,7 @@ def registered(
                     # A plane in the scan of a larger subject may be a part of it.
                     if result.cause != "size":
                         seen = contents(left, first, mesh.faces, room)
-                    seen = seen or sizes_in(left)
+                    seen = seen or sizes_in(left, ratio_is_told=result.cause == "size")
             yield Frame(result.vertices)
             times = result.scale * result.growth
             remark = f"the template became {times:.3g} times as large" if scale else ""
