@@ -98,8 +98,11 @@ def verdict(tally: Tally, start: StartFrame, header: Header) -> tuple[Quality, s
             "the frame that was put together is probably wrong, as its edges are far from the "
             "lengths that other frames show; look at it, and start from a template if it is"
         )
-    if start.made is not None and (unseen := float(np.mean(~start.made.seen))) > _MOST_UNSEEN:
-        doubtful.append(f"{unseen:.1%} of the vertices are seen in no frame, and are a guess")
+    if guessed := share_guessed(start):
+        doubtful.append(
+            f"{guessed:.1%} of the vertices are seen in no frame, and are a guess: look at them, "
+            "or start from a template"
+        )
     if 2 * sum(tally.are_empty.values()) > len(tally.are_empty):
         doubtful.append("hardly anything is known in most frames")
     parts = [
@@ -108,6 +111,12 @@ def verdict(tally: Tally, start: StartFrame, header: Header) -> tuple[Quality, s
         if messages
     ]
     return ("ruined" if ruined else "doubtful" if doubtful else "good"), "; ".join(parts)
+
+
+def share_guessed(start: StartFrame) -> float:
+    """The share of the vertices of a frame put together that are a guess; 0 if that is small."""
+    unseen = 0.0 if start.made is None else float(np.mean(~start.made.seen))
+    return unseen if unseen > _MOST_UNSEEN else 0.0
 
 
 def completed_frames(

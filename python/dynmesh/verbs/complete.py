@@ -15,7 +15,13 @@ from .._errors import InputError, naming
 from .._options import Input, Method
 from .._report import Quality, Report, counted, listed, percent, some_of
 from ..completer import Completer
-from ..completion.passes import Tally, completed_frames, verdict, with_implied
+from ..completion.passes import (
+    Tally,
+    completed_frames,
+    share_guessed,
+    verdict,
+    with_implied,
+)
 from ..completion.start import (
     Start,
     StartFrame,
@@ -332,7 +338,7 @@ def _report(
         remarks=(
             *whole.remarks(source.header),
             *tally.watched.remarks(),
-            *(_of_unseen(source, tally.seen) if reports else ()),
+            *(_of_unseen(source, tally.seen) if reports and not share_guessed(whole) else ()),
         ),
         frames=source.n_frames,
         start=whole.number_in(source.header),

@@ -191,7 +191,9 @@ def test_a_start_of_which_a_part_is_seen_in_no_frame_is_doubtful(
         warnings.simplefilter("ignore", UserWarning)
         completed = dynmesh.complete(replace(TRUTH, known=known))
     assert completed.report.quality == quality
-    assert ("seen in no frame" in completed.report.reason) == (quality != "good")
+    told = "; ".join([completed.report.reason, *completed.report.remarks])
+    assert len(re.findall("(seen|known) in no frame", told)) == (quality != "good")
+    assert ("seen in no frame, and are a guess" in told) == (quality != "good")
 
 
 @pytest.mark.parametrize("side", [1, 3])
