@@ -38,7 +38,8 @@ class MeshRow:
         first: number of the first frame.
         last: number of the last frame.
         vertices: number of vertices.
-        missing: the share of them that are missing, over all frames.
+        known: the share of them that were observed, on average over the frames after the first, or
+            in the only one. Those that a completion has filled in were not.
         metres_per_unit: the unit of length of its points, or None if that is unknown.
     """
 
@@ -47,16 +48,15 @@ class MeshRow:
     first: float = 0
     last: float = 0
     vertices: int = 0
-    missing: float = 0.0
+    known: float = 0.0
     metres_per_unit: float | None = None
 
     def cells(self) -> list[str]:
-        """Its frames, vertices, what is missing, and its unit."""
+        """Its frames, vertices, how many of them are known, and its unit."""
         if not self.frames:
             return ["moves" if self.moves else "does not move"]
         span = f"{self.first:g} to {self.last:g}" if self.moves else "does not move"
-        missing = percent(self.missing) if self.missing else "nothing"
-        return [span, str(self.vertices), missing, _unit(self.metres_per_unit)]
+        return [span, str(self.vertices), percent(self.known), _unit(self.metres_per_unit)]
 
 
 def _unit(metres: float | None) -> str:
@@ -81,7 +81,7 @@ class InfoReport(Report):
         """Describes the sequence, and lists the findings."""
         messages = list[str]()
         if self.meshes:
-            head = ["mesh", "frames", "vertices", "missing", "unit"]
+            head = ["mesh", "frames", "vertices", "known after the first", "unit"]
             messages = aligned([head, *([name, *row.cells()] for name, row in self.meshes.items())])
         if self.diagnosis is None:
             return [*messages, *super().lines()]
@@ -190,14 +190,14 @@ def _meshes(
                 for name, one in (frames.each or {str(frames.header.name): frames}).items():
                     header = one.header
                     with closing(one.frames()) as every:
-                        lost = float(np.mean([1 - frame.present.mean() for frame in every]))
+                        first, *later = (float(frame.observed.mean()) for frame in every)
                     rows[name] = MeshRow(
                         moves=moves[name],
                         frames=header.n_frames,
                         first=header.number(0),
                         last=header.number(header.n_frames - 1),
                         vertices=header.n_vertices,
-                        missing=lost,
+                        known=float(np.mean(later or [first])),
                         metres_per_unit=header.metres_per_unit,
                     )
     except InputError as error:

@@ -83,6 +83,18 @@ def test_some_are_chosen_by_their_paths(shot: Path, tmp_path: Path) -> None:
     assert_refused(shot / "shot.usda", "'/No'", prim=[BODY, "/No"])
 
 
+@pytest.mark.parametrize("name", ["shot.usda", "done.usdc"])
+def test_what_is_known_of_each_is_what_is_known_of_it_alone(name: str, shot: Path) -> None:
+    """Also of those that are completed, of which estimates are not known."""
+    several = json.loads(run("info", shot / name, "--json").stdout)["meshes"]
+    for mesh in (BODY, FLAG):
+        alone = json.loads(run("info", shot / name, "--prim", mesh, "--json").stdout)
+        expected = frames_of(MESHES[mesh])[1][1:].mean()
+        assert several[mesh]["known"] == pytest.approx(expected)
+        assert alone["known_share"]["mean"] == pytest.approx(expected)
+    assert several[STONE]["known"] == 1
+
+
 def test_together_they_are_where_the_stage_has_them(shot: Path) -> None:
     stage = stage_of(shot / "done.usdc")
     both: Any = dynmesh.read(shot / "done.usdc", prim="all")
