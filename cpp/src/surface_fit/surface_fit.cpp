@@ -105,8 +105,8 @@ void SurfaceFit::begin(Memory& memory) const {
 }
 
 FittedSurface SurfaceFit::fit(const Memory& memory, const PointScan& scan, Memory& next) {
-  const FitOptions options = {.times_weight = memory.tracking.times_weight,
-                              .precision = precision_of(memory.tracking, whole_.constants())};
+  FitOptions options = {.times_weight = memory.tracking.times_weight,
+                        .precision = precision_of(memory.tracking, whole_.constants())};
   if (coarse_ == nullptr) return whole_.fit(memory, scan, options, next);
   auto& [surface, level, first] = *coarse_;
   Memory last = first;
@@ -133,6 +133,10 @@ FittedSurface SurfaceFit::fit(const Memory& memory, const PointScan& scan, Memor
   next.tracking.coarse_departures = level.departures(found, memory.tracking.coarse_departures);
   auto x = surface.restored(last, found, memory, whole_.rest_shape(memory), next);
   const int most_iterations = is_live_ ? 0 : whole_.constants().whole_iterations;
+  // Where the coarse mesh has farther to go than its iterations lead it, the distance of a point is
+  // not noise; and a template that only follows is drawn by the weights of the coarse mesh.
+  const bool has_arrived = frame.iterations < constants.most_iterations;
+  if (is_live_ || !has_arrived) options.precision = of_coarse.precision;
   return whole_.refine(std::move(x), memory, scan, options, most_iterations, frame.iterations,
                        next);
 }
