@@ -226,8 +226,9 @@ std::string Measure::reason() const {
                    " is lost, since nothing was measured where it should be seen");
   }
   add(", ", overlap, " of it lies on another part");
-  return joined(text, ", edges have changed by ", percent(stretch), " and are ", to_text(growth, 4),
-                " times as long");
+  const std::string grown = joined(" and are ", to_text(growth, 4), " times as long");
+  const bool is_told = cause() == Cause::size;
+  return joined(text, ", edges have changed by ", percent(stretch), is_told ? "" : grown);
 }
 
 }  // namespace dynmesh
