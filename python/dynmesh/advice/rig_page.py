@@ -11,6 +11,7 @@ from .._arrays import Floats, Positions
 from ..draw.figures import SURFACE_COLOUR, View
 from ..draw.page.document import FIELD_OF_VIEW, document, new_plot, number_of
 from ..scans import DepthScan
+from ..scans.cameras import Upwards, upwards
 
 _COLOURS = (0x0072B2, 0xD55E00, 0x009E73, 0xCC79A7, 0xE69F00, 0x56B4E9, 0x7A5195, 0x444444)
 _MOST_POINTS = 4000
@@ -39,13 +40,12 @@ def rig_page(
     seats = np.array([pose[:3, 3] for pose in scan.poses])
     # Points far away, as of a wrong depth, would leave nothing of the rest to see.
     box = np.quantile(np.concatenate(clouds), (0.001, 0.999), axis=0)
-    heads = -np.sum(scan.poses, axis=0)[:3, 1]
-    axis = "xyz".index(up) if up else int(np.abs(heads).argmax())
-    is_reversed = not up and heads[axis] < 0  # as in the axes of a camera, whose y points down
-    view = View.of(np.concatenate([box, *meshes, seats]), "xyz"[axis], 45.0)
+    held = (Upwards(up) if up else upwards(np.array(scan.poses))) or Upwards("z")
+    shown = np.concatenate([box, *meshes, seats])
+    view = View.of(shown, held.axis, 45.0, is_reversed=held.is_reversed)
     low, high = view.box
     length = float((high - low).max()) or 1.0
-    k3d, plot = new_plot("none" if is_reversed else "xyz"[axis])
+    k3d, plot = new_plot(view)
     for colour, cloud, depth, intrinsics, pose in zip(cycle(_COLOURS), clouds, *scan, strict=False):
         if len(cloud):
             size = 0.004 * length
@@ -63,9 +63,8 @@ def rig_page(
     plot.grid_visible, plot.grid_auto_fit, plot.grid = True, False, [*low.tolist(), *high.tolist()]
     radius = np.linalg.norm(high - low) / 2 / np.sin(np.radians(FIELD_OF_VIEW / 2))
     middle = (low + high) / 2
-    turn = np.where((np.arange(3) == axis) & is_reversed, -1, 1)
-    seat = middle + radius * turn * view.axes[2]
-    plot.camera = [*seat.tolist(), *middle.tolist(), *(turn * view.axes[1]).tolist()]
+    seat = middle + radius * view.axes[2]
+    plot.camera = [*seat.tolist(), *middle.tolist(), *view.axes[1].tolist()]
     about = {
         "title": f"{title}, the first scan",
         "told": told,

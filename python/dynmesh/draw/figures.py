@@ -49,16 +49,24 @@ class View:
         box: (2, 3) the corners of the axis-aligned box that fills the picture.
         up: "x", "y" or "z", the axis that is up in the picture.
         size: width and height in pixels.
+        is_reversed: whether this axis points down instead, as in the axes of a camera.
     """
 
     axes: NDArray[np.float64]
     box: NDArray[np.floating[Any]]
     up: str
     size: tuple[int, int] = (480, 640)
+    is_reversed: bool = False
 
     @classmethod
     def of(
-        cls, frames: Positions, up: str, azimuth: float, size: tuple[int, int] = (480, 640)
+        cls,
+        frames: Positions,
+        up: str,
+        azimuth: float,
+        size: tuple[int, int] = (480, 640),
+        *,
+        is_reversed: bool = False,
     ) -> "View":
         """Creates a view from slightly above, in which (k, 3) or (n, k, 3) positions all fit.
 
@@ -75,9 +83,16 @@ class View:
         flat = extent[axis] < 0.25 * extent.max()
         angle = np.radians(float(azimuth))
         towards = np.roll([0.9 if flat else 0.25, np.cos(angle), np.sin(angle)], axis)
-        right = np.cross(np.eye(3)[axis], towards)
+        towards[axis] *= -1 if is_reversed else 1
+        view = cls(np.eye(3), box, up, size, is_reversed)
+        right = np.cross(view.upwards, towards)
         axes = unit(np.stack([right, np.cross(towards, right), towards]))
-        return cls(axes, box, up, size)
+        return replace(view, axes=axes)
+
+    @property
+    def upwards(self) -> NDArray[np.float64]:
+        """(3,) the direction that is up in the scene."""
+        return np.asarray(np.eye(3)["xyz".index(self.up)] * (-1 if self.is_reversed else 1))
 
     def around(self, points: Positions) -> "View":
         """Returns the same view at the same scale, moved to other (k, 3) positions."""

@@ -9,11 +9,11 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from .._arrays import Floats
+from .._arrays import Floats, Positions
 from .._checks import (
     check_finite,
     check_flags,
@@ -132,6 +132,62 @@ class Rig:
         """Returns (c, 3) the positions of the cameras in a frame; errors are those of `at`."""
         poses = [camera.at(number).camera_to_world for camera in self.cameras]
         return np.array(poses)[:, :3, 3]
+
+
+class Upwards(NamedTuple):
+    """What is up.
+
+    Attributes:
+        axis: "x", "y" or "z".
+        is_reversed: whether it points down.
+    """
+
+    axis: str
+    is_reversed: bool = False
+
+    def __str__(self) -> str:
+        return f"-{self.axis}" if self.is_reversed else self.axis
+
+
+_UPRIGHT = 0.5
+"""The least cosine between an axis and what is up for cameras, on average, that tells what is."""
+
+_AHEAD = 0.5
+"""The least cosine between the axis of a camera and the way to what it has seen."""
+
+
+def upwards(poses: Floats) -> Upwards | None:
+    """Returns what is up for cameras (c, 4, 4) that are mostly held upright; None if they differ.
+
+    The y axis of a camera points down.
+    """
+    if len(poses) == 0:
+        return None
+    heads = -np.mean(poses[:, :3, 1], axis=0)
+    axis = int(np.abs(heads).argmax())
+    is_told = abs(heads[axis]) > _UPRIGHT
+    return Upwards("xyz"[axis], bool(heads[axis] < 0)) if is_told else None
+
+
+def upwards_of(rig: Rig | None, cloud: Positions) -> Upwards | None:
+    """Returns what is up for the cameras of a rig, of which one scan has these points (n, 3).
+
+    Without intrinsics, a pose may state a position alone: its axes count if what all cameras have
+    seen lies ahead of them.
+    """
+    if rig is None or len(cloud) == 0:
+        return None
+    middle = np.median(cloud, axis=0)
+    every = list[Floats]()
+    for camera in rig.cameras:
+        poses = camera.camera_to_world.reshape(-1, 4, 4)
+        poses = poses[np.isfinite(poses).all(axis=(1, 2))]
+        ways = middle - poses[:, :3, 3]
+        ahead = np.einsum("pc,pc->p", ways, poses[:, :3, 2])
+        if camera.intrinsics is None and (ahead < _AHEAD * np.linalg.norm(ways, axis=1)).any():
+            return None
+        every.append(poses)
+    return upwards(np.concatenate(every))
 
 
 def read_cameras(path: PathLike, poses: Direction | None = None, scans: Path | None = None) -> Rig:

@@ -1,5 +1,7 @@
 """Pages that play sequences."""
 
+import json
+import re
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -15,6 +17,7 @@ from dynmesh import open as open_sequence
 from dynmesh.draw.figures import thin
 from dynmesh.draw.page import Shown
 from dynmesh.draw.page import page as page_for
+from dynmesh.scans import PointScan, Rig, ScanCamera, scan_folder
 
 
 def test_a_page_needs_nothing_but_itself_to_show_what_it_names(
@@ -87,6 +90,39 @@ def test_the_page_states_its_name_and_what_is_left_out(tmp_path: Path, browser: 
     assert made.shown == Shown(4, 7, 2, 1600, 1600, 3042, 3042)
     page.scrub(2)
     assert page.text("counter") == "frame 6 / 6"
+
+
+UPRIGHT = np.eye(4)[[0, 2, 1, 3]] * [1, -1, 1, 1]  # a camera that looks along y, with z up
+
+
+@pytest.mark.parametrize(
+    ("pose", "seen_at", "up"),
+    [
+        (np.eye(4), [0, 0, 5], "-y"),
+        (np.diag([1.0, -1, -1, 1]), [0, 0, -5], "y"),
+        (UPRIGHT * [-1, -1, 1, 1], [0, 5, 0], "-z"),
+        (UPRIGHT, [0, 5, 0], "z"),
+        (np.eye(4), [0, 5, 0], ""),  # does not see the scan, so that its axes say nothing
+        (UPRIGHT[[1, 2, 0, 3]], [5, 0, 0], "y"),
+    ],
+)
+def test_a_page_with_scans_is_upright_as_their_cameras_are(
+    pose: Any, seen_at: list[float], up: str, tmp_path: Path
+) -> None:
+    mesh = sheet(12)
+    points = mesh.vertices - mesh.vertices.mean(axis=0)
+    points = points / np.abs(points).max() + seen_at
+    cameras = Rig((ScanCamera("only", pose),))
+    with scan_folder(tmp_path / "scans", cameras) as append:
+        append(PointScan(points, None, None))
+    shown = Sequence(points[None], mesh.faces)
+    page = view(shown, scans=tmp_path / "scans")
+    guess = f"{up} is up, as the cameras are held" if up else "z is up, as no file states it"
+    assert page.remarks == (f"assuming that {guess}",)
+    (told,) = re.findall(r'"up": (\[[^]]*\])', page.html)
+    upwards = np.eye(3)["xyz".index((up or "z")[-1])] * (-1 if up.startswith("-") else 1)
+    np.testing.assert_array_equal(json.loads(told), upwards)
+    assert view(shown, scans=tmp_path / "scans", up="x").remarks == ()
 
 
 def test_no_name_ends_the_script_of_a_page() -> None:

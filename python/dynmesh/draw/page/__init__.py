@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..._arrays import Positions
 from ..._checks import path_of
 from ..._errors import InputError, locating, require_all
 from ..._report import Report, some_of, tracked
@@ -16,6 +17,7 @@ from ...formats import PathLike
 from ...formats.times import are_clock_times, called, mean_rate
 from ...frame import Frames, frame_at
 from ...scans import ScanReader, unit_of_scans
+from ...scans.cameras import Upwards, upwards_of
 from ...topology import assumed, likely_up
 from ..figures import View, thin
 from ..heatmap import Colour, Heatmap, ShownFrame, short_names, stated_up
@@ -142,9 +144,12 @@ def page(
         captions = {"input": _caption("seen", input.path.name), **captions}
     if reference is not None:
         captions = {**captions, "reference": _caption("true", reference.path.name)}
-    said = up or stated_up(reader, reference, input)
-    up = said or likely_up(first_points, None)
-    guess = () if said else (assumed(up),)
+    upright, guess = _upright(up or stated_up(reader, reference, input), first_points)
+    if guess and scans is not None:
+        clouds = (frame.cloud for frame in frames if frame.cloud is not None)
+        first_cloud = next((cloud / factor for cloud in clouds if len(cloud)), np.empty((0, 3)))
+        if held := upwards_of(scans.rig, first_cloud):
+            upright, guess = held, (f"assuming that {held} is up, as the cameras are held",)
     names = some_of(short_names([*reader.each]))
     notes = [names] * bool(names) + [f"shown: {shown}"] * bool(str(shown)) + [*guess]
     numbers = reader.header.numbers.tolist()
@@ -162,9 +167,15 @@ def page(
         "verdicts": verdicts,
     }
     scales = {name: heatmap.scale(name, frames) for name in heatmap.colours}
-    view = View.of(_corners(frames), up, azimuth)
+    view = View.of(_corners(frames), upright.axis, azimuth, is_reversed=upright.is_reversed)
     html = player(faces, frames, scales, view, captions, content)
     return Page(html=html, shown=shown, remarks=guess)
+
+
+def _upright(said: str | None, first: Positions) -> tuple[Upwards, tuple[str, ...]]:
+    """Returns what is up, and a remark if that is a guess."""
+    up = said or likely_up(first, None)
+    return Upwards(up), () if said else (assumed(up),)
 
 
 def _caption(what: str, name: str) -> str:

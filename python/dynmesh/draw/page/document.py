@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..._errors import require
+from ..figures import View
 
 
 def packed(values: NDArray[np.generic]) -> str:
@@ -66,7 +67,7 @@ class Unit:
         return np.asarray((points - self.middle) / self.length)
 
 
-def new_plot(up: str) -> tuple[Any, Any]:
+def new_plot(view: View) -> tuple[Any, Any]:
     """Returns the library and a plot with nothing but what is added to it."""
     k3d = require("k3d", extra="view")
     plot = k3d.plot(
@@ -74,7 +75,7 @@ def new_plot(up: str) -> tuple[Any, Any]:
         camera_auto_fit=False,
         camera_fov=FIELD_OF_VIEW,
         camera_mode="orbit",
-        camera_up_axis=up,
+        camera_up_axis="none" if view.is_reversed else view.up,
         colorbar_object_id=0,  # pages have their own colour bar
         grid_visible=False,
         axes_helper=0,

@@ -6,6 +6,7 @@ from ..._arrays import Positions
 from ..._errors import InputError, locating
 from ...frame import Frames
 from ...scans import ScanReader
+from ...scans.cameras import Upwards, upwards_of
 from ...topology import likely_up
 from ..figures import KNOWN_COLOUR, SURFACE_COLOUR, View, thin
 from . import Page, Shown
@@ -44,11 +45,11 @@ def pick_page(
     scan = next((one.cloud for one in scans if one is not None and one.has_points), None)
     if scan is None:
         raise InputError("no scan has points", file=scans.path)
-    up = likely_up(first.points, up or template.header.up_axis)
+    own = Upwards(likely_up(first.points, up or template.header.up_axis))
+    theirs = None if up else upwards_of(scans.rig, scan)
     points = scan[:: 1 + (len(scan) - 1) // _MOST_POINTS].astype(np.float64)
-    mesh, cloud = (
-        _Side(side, up, azimuth) for side in (first.points[numbers].astype(np.float64), points)
-    )
+    mesh = _Side(first.points[numbers].astype(np.float64), own, azimuth)
+    cloud = _Side(points, theirs or own, azimuth)
     mesh.plot += mesh.k3d.mesh(
         mesh.shown, faces.astype(np.uint32), color=number_of(SURFACE_COLOUR), side="double"
     )
@@ -72,10 +73,10 @@ def pick_page(
 class _Side:
     """One of the two plots, in units of the longest side of what it shows, around its middle."""
 
-    def __init__(self, points: Positions, up: str, azimuth: float) -> None:
-        view = View.of(points, up, azimuth)
+    def __init__(self, points: Positions, up: Upwards, azimuth: float) -> None:
+        view = View.of(points, up.axis, azimuth, is_reversed=up.is_reversed)
         self.shown = Unit(view.box)(points).astype(np.float32)
-        self.k3d, self.plot = new_plot(up)
+        self.k3d, self.plot = new_plot(view)
         self.told = {
             "points": packed(self.shown),
             "camera": (_DISTANCE * view.axes[2]).tolist(),

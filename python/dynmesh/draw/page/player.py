@@ -53,7 +53,7 @@ def player(
         "colours": [_choice_of(name, scale, frames) for name, scale in scales.items()],
         "camera": {
             "axes": view.axes.tolist(),
-            "up": np.eye(3)["xyz".index(view.up)].tolist(),
+            "up": view.upwards.tolist(),
             "field_of_view": FIELD_OF_VIEW,
         },
     }
@@ -62,7 +62,7 @@ def player(
 
 def _empty_plot(view: View, unit: Unit) -> Any:
     """Returns a plot with a mesh and two dots, which the script replaces."""
-    k3d, plot = new_plot(view.up)
+    k3d, plot = new_plot(view)
     looks = {"color_map": _colour_map(SURFACE_COLOUR), "color_range": [0, 1], "color": 0xFFFFFF}
     # The mesh extends over the box, from which k3d determines how far one can see.
     corners, values = unit(view.box).astype(np.float32), np.zeros(2, np.float32)
