@@ -60,6 +60,15 @@ Eigen::Isometry3d fit_to_planes(std::span<const SurfaceRow> rows, Field x) {
   return solution.allFinite() ? sums.motion(solution) : nothing;
 }
 
+namespace {
+
+std::array<float, 3> rounded(const Vector3& v) {
+  return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
+}
+Vector3 widened(const std::array<float, 3>& v) { return {v[0], v[1], v[2]}; }
+
+}  // namespace
+
 RowProduct::RowProduct(std::span<const SurfaceRow> rows, std::size_t k, Workers& workers)
     : given_(rows), workers_(workers), along_(rows.size()), first_of_(k + 1) {
   for (const SurfaceRow& row : rows) {
@@ -67,7 +76,7 @@ RowProduct::RowProduct(std::span<const SurfaceRow> rows, std::size_t k, Workers&
   }
   std::partial_sum(first_of_.begin(), first_of_.end(), first_of_.begin());
   auto next = first_of_;
-  std::vector<std::array<std::size_t, 3>> numbers(rows.size());  // in corners_
+  std::vector<std::array<std::uint32_t, 3>> numbers(rows.size());  // in corners_
   for (std::size_t r = 0; r < rows.size(); ++r) {
     for (std::size_t s = 0; s < 3; ++s) numbers[r][s] = next[rows[r].corners[s]]++;
   }
@@ -75,9 +84,10 @@ RowProduct::RowProduct(std::span<const SurfaceRow> rows, std::size_t k, Workers&
   corners_.resize(3 * rows.size());
   workers.for_each_in_chunks(rows.size(), [&](std::size_t r) {
     const auto normal = std::sqrt(rows[r].weight) * rows[r].normal;
-    rows_[r] = {rows[r].corners, rows[r].shares, normal};
+    const auto& shares = rows[r].shares;
+    rows_[r] = {rows[r].corners, rounded({shares[0], shares[1], shares[2]}), rounded(normal)};
     for (std::size_t s = 0; s < 3; ++s) {
-      corners_[numbers[r][s]] = {static_cast<std::uint32_t>(r), rows[r].shares[s] * normal};
+      corners_[numbers[r][s]] = {static_cast<std::uint32_t>(r), rounded(shares[s] * normal)};
     }
   });
 }
@@ -85,15 +95,16 @@ RowProduct::RowProduct(std::span<const SurfaceRow> rows, std::size_t k, Workers&
 void RowProduct::add(Field step, std::span<Vector3> product) {
   workers_.for_each_in_chunks(rows_.size(), [&](std::size_t r) {
     const auto& [corners, shares, normal] = rows_[r];
-    const auto& [a, b, c] = corners;
-    along_[r] = dot(normal, shares[0] * step[a] + shares[1] * step[b] + shares[2] * step[c]);
+    const Vector3 b = widened(shares);
+    const auto moved = b.x * step[corners[0]] + b.y * step[corners[1]] + b.z * step[corners[2]];
+    along_[r] = dot(widened(normal), moved);
   });
   add_along(product);
 }
 
 void RowProduct::add_forces(Field x, std::span<Vector3> forces) {
   workers_.for_each_in_chunks(rows_.size(), [&](std::size_t r) {
-    along_[r] = dot(rows_[r].normal, given_[r].point - given_[r].on(x));
+    along_[r] = dot(widened(rows_[r].normal), given_[r].point - given_[r].on(x));
   });
   add_along(forces);
 }
@@ -101,8 +112,8 @@ void RowProduct::add_forces(Field x, std::span<Vector3> forces) {
 void RowProduct::add_along(std::span<Vector3> sums) {
   workers_.for_each_in_chunks(sums.size(), [&](std::size_t v) {
     Vector3 sum = sums[v];
-    for (std::size_t i = first_of_[v]; i < first_of_[v + 1]; ++i) {
-      sum = sum + along_[corners_[i].row] * corners_[i].normal;
+    for (std::uint32_t i = first_of_[v]; i < first_of_[v + 1]; ++i) {
+      sum = sum + along_[corners_[i].row] * widened(corners_[i].normal);
     }
     sums[v] = sum;
   });

@@ -83,20 +83,23 @@ class RowProduct {
  private:
   void add_along(std::span<Vector3> sums);
 
+  // In single precision: all of them are loaded in each step of conjugate gradients, which takes
+  // most of its time, and few steps need no more.
+  using Numbers = std::array<float, 3>;
   struct Row {
     std::array<std::uint32_t, 3> corners;
-    std::array<double, 3> shares;
-    Vector3 normal;  // sqrt(w) n
+    Numbers shares;
+    Numbers normal;  // sqrt(w) n
   };
   struct Corner {
     std::uint32_t row;
-    Vector3 normal;  // b_s sqrt(w) n
+    Numbers normal;  // b_s sqrt(w) n
   };
   std::span<const SurfaceRow> given_;
   Workers& workers_;
   std::vector<Row> rows_;
-  std::vector<double> along_;          // (rows,) the products of rows and a step
-  std::vector<std::size_t> first_of_;  // (k + 1,) of each vertex in corners_
+  std::vector<double> along_;            // (rows,) the products of rows and a step
+  std::vector<std::uint32_t> first_of_;  // (k + 1,) of each vertex in corners_
   std::vector<Corner> corners_;
 };
 
