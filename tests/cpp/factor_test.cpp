@@ -87,6 +87,23 @@ void solve(MaskedFactor& factor, std::vector<std::vector<Vector3>*> frames) {
   }
 }
 
+/// The same for one frame, with the factor in single precision.
+std::vector<Vector3> solved_in_single(MaskedFactor& factor, std::vector<Vector3> frame) {
+  const auto order = factor.order();
+  std::vector<float> values;
+  for (const Index row : order) {
+    const Vector3& v = frame[static_cast<std::size_t>(row)];
+    for (const double number : {v.x, v.y, v.z, 0.0}) values.push_back(static_cast<float>(number));
+  }
+  factor.round();
+  factor.solve_rounded(values);
+  for (std::size_t r = 0; r < order.size(); ++r) {
+    frame[static_cast<std::size_t>(order[r])] = {values[4 * r], values[4 * r + 1],
+                                                 values[4 * r + 2]};
+  }
+  return frame;
+}
+
 double inner_product(const std::vector<Vector3>& a, const std::vector<Vector3>& b) {
   double sum = 0;
   for (std::size_t i = 0; i < a.size(); ++i)
@@ -136,6 +153,7 @@ void check_against_eigen(const Matrix& matrix, MaskedFactor& factor) {
     solve(factor, {&alone});
     solve(factor, {&found[0], &found[1], &found[2]});
     CHECK(largest_difference(alone, expected[0]) < 1e-6);
+    CHECK(largest_difference(solved_in_single(factor, given[0]), expected[0]) < 1e-4 * size);
     for (std::size_t n = 0; n < 3; ++n) CHECK(largest_difference(found[n], expected[n]) < 1e-6);
     const double product = inner_product(found[0], given[1]);
     CHECK(product == doctest::Approx(inner_product(given[0], found[1])).epsilon(1e-9 * size));
@@ -180,14 +198,15 @@ TEST_CASE("the solution is the same with any number of threads, to the last bit"
       const auto mask = random_mask(static_cast<std::size_t>(matrix.cols()), share, 1);
       const auto by_factor = shared_pieces([&] { factor.factorize(mask); });
       auto one = random_field(mask.size(), 2), two = random_field(mask.size(), 3);
-      auto three = random_field(mask.size(), 4), alone = one;
+      auto three = random_field(mask.size(), 4), alone = one, rounded = one;
       const auto by_solve = shared_pieces([&] {
         solve(factor, {&alone});
+        rounded = solved_in_single(factor, rounded);
         solve(factor, {&one, &two, &three});
       });
       CHECK((by_factor > 0) == (threads > 1));
       CHECK((by_solve > 0) == (threads > 1));
-      for (const auto& solution : {one, two, three, alone}) {
+      for (const auto& solution : {one, two, three, alone, rounded}) {
         if (threads == 1) {
           expected.push_back(solution);
         } else {

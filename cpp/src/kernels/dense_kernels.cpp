@@ -124,21 +124,22 @@ void factor_below(double* rows, Index n, Index columns, const double* inverse,
   for (; r < n; ++r) factor_row(rows + r * columns, columns, inverse, upper);
 }
 
-template <int fields>
-void subtract_from(const double* rows, Index n, Index columns, const double* own,
-                   const Index* targets, double* values) {
+template <class Real, int fields>
+void subtract_from(const Real* rows, Index n, Index columns, const Real* own, const Index* targets,
+                   Real* values) {
+  using Quad = decltype(load(static_cast<const Real*>(nullptr)));
   constexpr int step = 4 * fields;
   const auto subtract = [&]<int height>(Index r) {
-    Doubles sums[height][fields] = {};
-    const double* l = rows + r * columns;
+    Quad sums[height][fields] = {};
+    const Real* l = rows + r * columns;
     for (Index j = 0; j < columns; ++j) {
       for (int f = 0; f < fields; ++f) {
-        const Doubles x = load(own + j * step + 4 * f);
+        const Quad x = load(own + j * step + 4 * f);
         for (int h = 0; h < height; ++h) sums[h][f] += l[h * columns + j] * x;
       }
     }
     for (int h = 0; h < height; ++h) {
-      double* y = values + static_cast<std::ptrdiff_t>(targets[r + h]) * step;
+      Real* y = values + static_cast<std::ptrdiff_t>(targets[r + h]) * step;
       for (int f = 0; f < fields; ++f) store(y + 4 * f, load(y + 4 * f) - sums[h][f]);
     }
   };
@@ -149,46 +150,48 @@ void subtract_from(const double* rows, Index n, Index columns, const double* own
 
 /// Completes row j of a solution with the triangle, and subtracts its product with l from the rows
 /// `first` to `last` - 1, of which row i has the factor l[i * stride].
-template <int fields>
-[[gnu::always_inline]] inline void solve_row(double* own, Index j, double inverse, const double* l,
+template <class Real, int fields>
+[[gnu::always_inline]] inline void solve_row(Real* own, Index j, Real inverse, const Real* l,
                                              Index stride, Index first, Index last) {
+  using Quad = decltype(load(static_cast<const Real*>(nullptr)));
   constexpr int step = 4 * fields;
-  Doubles x[fields];
+  Quad x[fields];
   for (int f = 0; f < fields; ++f) {
     x[f] = inverse * load(own + j * step + 4 * f);
     store(own + j * step + 4 * f, x[f]);
   }
   for (Index i = first; i < last; ++i) {
-    const double factor = l[i * stride];
+    const Real factor = l[i * stride];
     for (int f = 0; f < fields; ++f) {
-      double* y = own + i * step + 4 * f;
+      Real* y = own + i * step + 4 * f;
       store(y, load(y) - factor * x[f]);
     }
   }
 }
 
-template <int fields>
-void forward(const double* panel, Index columns, const double* inverse, double* own) {
+template <class Real, int fields>
+void forward(const Real* panel, Index columns, const Real* inverse, Real* own) {
   for (Index j = 0; j < columns; ++j) {
-    solve_row<fields>(own, j, inverse[j], panel + j, columns, j + 1, columns);
+    solve_row<Real, fields>(own, j, inverse[j], panel + j, columns, j + 1, columns);
   }
 }
 
-template <int fields>
-void backward(const double* panel, Index rows, Index columns, const double* inverse, double* own,
-              const Index* below, const double* values) {
+template <class Real, int fields>
+void backward(const Real* panel, Index rows, Index columns, const Real* inverse, Real* own,
+              const Index* below, const Real* values) {
+  using Quad = decltype(load(static_cast<const Real*>(nullptr)));
   constexpr int step = 4 * fields;
   const auto subtract = [&]<int height>(Index r) {
-    Doubles x[height][fields];
+    Quad x[height][fields];
     for (int h = 0; h < height; ++h) {
-      const double* y = values + static_cast<std::ptrdiff_t>(below[r - columns + h]) * step;
+      const Real* y = values + static_cast<std::ptrdiff_t>(below[r - columns + h]) * step;
       for (int f = 0; f < fields; ++f) x[h][f] = load(y + 4 * f);
     }
-    const double* l = panel + r * columns;
+    const Real* l = panel + r * columns;
     for (Index j = 0; j < columns; ++j) {
       for (int f = 0; f < fields; ++f) {
-        double* y = own + j * step + 4 * f;
-        Doubles sum = load(y);
+        Real* y = own + j * step + 4 * f;
+        Quad sum = load(y);
         for (int h = 0; h < height; ++h) sum -= l[h * columns + j] * x[h][f];
         store(y, sum);
       }
@@ -198,17 +201,22 @@ void backward(const double* panel, Index rows, Index columns, const double* inve
   for (; r + 4 <= rows; r += 4) subtract.template operator()<4>(r);
   for (; r < rows; ++r) subtract.template operator()<1>(r);
   for (Index i = columns; i-- > 0;) {
-    solve_row<fields>(own, i, inverse[i], panel + i * columns, 1, 0, i);
+    solve_row<Real, fields>(own, i, inverse[i], panel + i * columns, 1, 0, i);
   }
 }
 
-template <int fields>
-constexpr SolveKernels solve_kernels = {forward<fields>, subtract_from<fields>, backward<fields>};
+template <class Real, int fields>
+constexpr SolveKernels<Real> solve_kernels = {forward<Real, fields>, subtract_from<Real, fields>,
+                                              backward<Real, fields>};
 
 }  // namespace
 
 extern const DenseKernels dense_kernels;
-const DenseKernels dense_kernels = {multiply, factor_triangle, factor_below, solve_kernels<1>,
-                                    solve_kernels<3>};
+const DenseKernels dense_kernels = {multiply,
+                                    factor_triangle,
+                                    factor_below,
+                                    solve_kernels<double, 1>,
+                                    solve_kernels<double, 3>,
+                                    solve_kernels<float, 1>};
 
 }  // namespace dynmesh::DYNMESH_KERNELS

@@ -21,16 +21,17 @@ static_assert(most_work >= 16 * widest_supernode, "the rows that `multiply` pack
 
 /// The steps of solving with the factor. `values` has (n, fields) quads, row by row, each a
 /// right-hand side, of which `own` are those of the rows of the panel.
+template <class Real>
 struct SolveKernels {
   /// Solves with the triangle.
-  void (*forward)(const double* panel, Index columns, const double* inverse, double* own);
+  void (*forward)(const Real* panel, Index columns, const Real* inverse, Real* own);
   /// Subtracts the products of `n` rows below the triangle with the solution `own` from the
   /// `values` in rows `targets`.
-  void (*subtract_products)(const double* rows, Index n, Index columns, const double* own,
-                            const Index* targets, double* values);
+  void (*subtract_products)(const Real* rows, Index n, Index columns, const Real* own,
+                            const Index* targets, Real* values);
   /// Does both with the transposed factor, where `below` lists the rows below the triangle.
-  void (*backward)(const double* panel, Index rows, Index columns, const double* inverse,
-                   double* own, const Index* below, const double* values);
+  void (*backward)(const Real* panel, Index rows, Index columns, const Real* inverse, Real* own,
+                   const Index* below, const Real* values);
 };
 
 struct DenseKernels {
@@ -52,8 +53,9 @@ struct DenseKernels {
   void (*factor_below)(double* rows, Index n, Index columns, const double* inverse,
                        const double* work);
 
-  SolveKernels of_one_field;
-  SolveKernels of_three_fields;
+  SolveKernels<double> of_one_field;
+  SolveKernels<double> of_three_fields;
+  SolveKernels<float> of_one_rounded_field;
 };
 
 }  // namespace dynmesh

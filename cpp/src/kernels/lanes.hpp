@@ -34,6 +34,14 @@ using AtAnyAddress [[gnu::vector_size(32), gnu::may_alias, gnu::aligned(8)]] = d
   *reinterpret_cast<AtAnyAddress*>(to) = value;
 }
 
+using Floats [[gnu::vector_size(16), gnu::may_alias, gnu::aligned(4)]] = float;
+[[gnu::always_inline]] inline Floats load(const float* from) {
+  return *reinterpret_cast<const Floats*>(from);
+}
+[[gnu::always_inline]] inline void store(float* to, Floats value) {
+  *reinterpret_cast<Floats*>(to) = value;
+}
+
 [[gnu::always_inline]] inline Doubles larger(Doubles a, Doubles b) { return a > b ? a : b; }
 
 }  // namespace

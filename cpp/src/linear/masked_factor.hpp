@@ -94,6 +94,13 @@ class MaskedFactor {
   /// the solution.
   void solve(std::span<Vector3> values, int fields);
 
+  /// Rounds the factor to single precision, in which most of its time is that of loading it, for
+  /// `solve_rounded`.
+  void round();
+  /// As `solve` with the rounded factor: `values` has four numbers for each row of `order()`, the
+  /// last of which has no meaning.
+  void solve_rounded(std::span<float> values);
+
  private:
   struct Panel {
     Index first;  // its first row in the submatrix, in elimination order
@@ -136,6 +143,11 @@ class MaskedFactor {
   void find_rows(Index supernode);
   void divide();
 
+  // solves.cpp
+  template <class Real>
+  void solve_with(const SolveKernels<Real>& kernels, const Real* factor, const Real* inverses,
+                  Real* border_sums, Real* numbers, int fields);
+
   // factorization.cpp
   void factor(Index panel, Border* border, Workspace& workspace);
   void fill(const Panel& panel, Workspace& workspace);
@@ -177,6 +189,7 @@ class MaskedFactor {
   std::vector<double> factor_;
   std::vector<double> inverse_;  // the inverse of the diagonal of the factor
   std::size_t n_entries_ = 0;    // of the factor
+  std::vector<float> rounded_, rounded_inverse_, rounded_sums_;  // after `round`
 
   std::vector<Index> above_;          // the panels that are in no subtree
   std::vector<Border> borders_;       // those of the subtrees

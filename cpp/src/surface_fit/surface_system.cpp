@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <utility>
 
 #include "base/geometry.hpp"
@@ -41,6 +42,7 @@ Lent<MaskedFactor> SurfaceSystem::preconditioner(const Pulls& pulls, double fact
   }
   Lent<MaskedFactor> found = factors_.lend();
   found.factorize(std::vector<std::uint8_t>(diagonal.size(), 1), diagonal);
+  found.round();
   coarse_.factorize(pulls.rows, factor, weights, pulls.ties);
   return found;
 }
@@ -63,13 +65,28 @@ void SurfaceSystem::multiply(std::span<const double> resistance, Field x,
   multiply_by_c(operator_, scaled_, product, workers_);
 }
 
-/// x = the inverse of the factored matrix times the right side.
+/// x = the inverse of the factored matrix times the right side, in single precision, which suffices
+/// for a preconditioner.
 void SurfaceSystem::apply_factor(MaskedFactor& factor, Field right_side, std::span<Vector3> x) {
+  constexpr std::size_t quad = 4;
   const auto order = factor.order();
-  workers_.for_each_in_chunks(order.size(),
-                              [&](std::size_t r) { scaled_[r] = right_side[at(order[r])]; });
-  factor.solve(scaled_, 1);
-  workers_.for_each_in_chunks(order.size(), [&](std::size_t r) { x[at(order[r])] = scaled_[r]; });
+  double largest = 0;  // to which all is relative, as its range is smaller than that of positions
+  for (const Vector3& f : right_side) {
+    largest = std::max({largest, std::abs(f.x), std::abs(f.y), std::abs(f.z)});
+  }
+  const double scale = largest > 0 ? 1 / largest : 0;
+  rounded_.resize(quad * order.size());
+  workers_.for_each_in_chunks(order.size(), [&](std::size_t r) {
+    const auto scaled = scale * right_side[at(order[r])];
+    const std::array<double, quad> numbers = {scaled.x, scaled.y, scaled.z};
+    std::ranges::transform(numbers, &rounded_[quad * r],
+                           [](double n) { return static_cast<float>(n); });
+  });
+  factor.solve_rounded(rounded_);
+  workers_.for_each_in_chunks(order.size(), [&](std::size_t r) {
+    const float* solution = &rounded_[quad * r];
+    x[at(order[r])] = largest * Vector3{solution[0], solution[1], solution[2]};
+  });
 }
 
 void SurfaceSystem::solve(const Pulls& pulls, MaskedFactor& preconditioner,

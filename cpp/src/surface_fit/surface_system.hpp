@@ -76,7 +76,8 @@ class SurfaceSystem {
   Workers& workers_;
   CoarseSpace coarse_;
   Lender<MaskedFactor> factors_;
-  std::vector<Vector3> scaled_;  // (k,) the vector that is multiplied by C, or solved for
+  std::vector<float> rounded_;   // (k, 4) what is solved for
+  std::vector<Vector3> scaled_;  // (k,) the vector that is multiplied by C
 };
 
 }  // namespace dynmesh
