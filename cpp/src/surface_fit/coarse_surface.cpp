@@ -78,6 +78,7 @@ TrackingConstants CoarseSurface::constants_of(TrackingConstants constants) const
   constants.iterations_per_edge *= length;
   constants.radius /= length;
   constants.resolution /= length;
+  constants.least_walk /= length;
   constants.near /= length;
   constants.wall /= length;
   constants.farthest_end /= length;

@@ -47,6 +47,13 @@ struct TrackingConstants {
   /// surface, points that are nearer than this count at least a quarter, and the boundary of cloth
   /// lies as far beyond its points, so that it does not follow their spacing.
   double resolution = 0.3;
+  /// A point that comes to a place from that of another one has not seen layers that are nearer to
+  /// each other than the resolution, as closed lips are. So where the surface arrives, its place
+  /// must be as near as so many times the median of those of one in so many points, which are
+  /// searched on the whole surface.
+  double usual_walk = 4;
+  double least_walk = 0.05;
+  std::size_t points_of_search = 100;
 
   /// How often points are matched at most, while the whole surface moves rigidly and then while it
   /// bends, as always with cloth, whose points do not tell how far it slides; and how many times

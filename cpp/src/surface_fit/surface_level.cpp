@@ -204,6 +204,7 @@ bool SurfaceLevel::iterate(int left, bool fits_modes, const SolverLimits& limits
   const SurfaceColours* const colours = has_colours ? &memory.tracking.colours : nullptr;
   frame.rows = matcher_.match(frame.x, frame.visibility,
                               {.walked = constants_.resolution,
+                               .tells_layers = finer_ == nullptr,
                                .weight = weight,
                                .looks_farther = !arrives,
                                .points = arrives ? all_points : points_at_first_,

@@ -107,6 +107,20 @@ SurfaceMatcher::Match SurfaceMatcher::nearest(const Surface& surface, const Poin
   return {place, agreeing_normal(surface, place, point)};
 }
 
+/// How near a place must be that a point walked to, at most: as usual among some points, of which
+/// `place_of(i)` is the nearest.
+double SurfaceMatcher::usual_walk(std::size_t n, double most,
+                                  const std::function<Place(std::size_t)>& place_of) const {
+  std::vector<double> distances;
+  for (std::size_t i = 0; i < n; i += constants_.points_of_search) {
+    const Place place = place_of(i);
+    if (place.any()) distances.push_back(std::sqrt(place.squared) / mean_edge_);
+  }
+  if (distances.empty()) return most;
+  const double usual = constants_.usual_walk * median(distances);
+  return std::min(std::max(usual, constants_.least_walk), most);
+}
+
 /// The nearest place that agrees with a point of which the nearest one does not: something else is
 /// nearer, as the other side of a thin limb is. Where a surface moves to a point, the point lies
 /// along its normal; a foot lies beside what agrees with a floor.
@@ -185,15 +199,32 @@ void SurfaceMatcher::compare_with(Field x, const Visibility& visibility,
   const double squared_near = std::pow(constants_.resolution * mean_edge_, 2);
   places_.update_boxes(x);
   points.corrections.resize(points.points.size());
+  struct Compared {
+    Match match;
+    Place there = {};
+  };
+  const auto compare = [&](const Point& point, const Place& from, double walked) {
+    Compared compared{nearest(surface, point, from, walked)};
+    const auto& [place, normal] = compared.match;
+    if (squared_norm(normal) > 0 && place.squared < squared_near) {
+      compared.there = finer_place(point, place, finer, finer_frame);
+    }
+    return compared;
+  };
+  const double walk = usual_walk(points.points.size(), constants_.resolution, [&](std::size_t i) {
+    return compare(points.points[i], {}, 0).there;
+  });
+  const double squared_walk = std::pow(walk * mean_edge_, 2);
   for_each_block(points.points.size(), [&](std::size_t first, std::size_t last) {
     Place before;
     for (std::size_t i = first; i < last; ++i) {
       const Point& point = points.points[i];
-      const Match match = nearest(surface, point, before, constants_.resolution);
+      Compared compared = compare(point, before, constants_.resolution);
+      const bool is_layer = compared.there.any() && compared.there.squared > squared_walk;
+      if (is_layer) compared = compare(point, before, 0);
+      const auto& [match, there] = compared;
       if (!match.place.any()) continue;
       before = points.places[i] = match.place;
-      if (squared_norm(match.normal) == 0 || !(match.place.squared < squared_near)) continue;
-      const Place there = finer_place(point, match.place, finer, finer_frame);
       if (!(there.squared < squared_near)) continue;
       const auto offset = there.on(finer_frame) - match.place.on(x) - to_finer(surface, match);
       points.corrections[i] = {match.place, offset};
@@ -235,13 +266,19 @@ SurfaceMatcher::Rows SurfaceMatcher::match(Field x, const Visibility& visibility
   const double squared_reach = std::pow(constants_.corrected_within * mean_edge_, 2);
   const std::size_t n = points.points.size();
   const std::size_t every = std::min(every_nth(n, options.points), in_a_row);
+  double walked = options.walked;
+  if (options.tells_layers) {
+    walked = usual_walk(n, walked, [&](std::size_t i) {
+      return nearest(surface, points.points[i], points.places[i], 0).place;
+    });
+  }
   Rows rows(n);
   for_each_block(n, [&](std::size_t first, std::size_t last) {
     Place before;
     for (std::size_t i = first; i < last; i += every) {
       const Point& point = points.points[i];
       Place& place = points.places[i];
-      Match match = nearest(surface, point, place.any() ? place : before, options.walked);
+      Match match = nearest(surface, point, place.any() ? place : before, walked);
       place = match.place;
       if (!place.any()) continue;
       before = place;

@@ -7,6 +7,7 @@
 #include <dynmesh/topology.hpp>
 #include <dynmesh/tracker.hpp>
 #include <dynmesh/types.hpp>
+#include <functional>
 #include <limits>
 #include <span>
 #include <vector>
@@ -28,6 +29,9 @@ struct MatchOptions {
   /// A place that is this near, and agrees with its point, is taken for the nearest one if no place
   /// around it is nearer.
   double walked = 0;
+  /// Whether it must also be as near as is usual. Triangles of a coarse mesh are farther from their
+  /// points than layers of a surface are from each other.
+  bool tells_layers = false;
   double weight = 1;
   /// Whether a point that disagrees with its nearest place looks for another place, as the surface
   /// still bends towards it; otherwise it is of something else.
@@ -157,6 +161,8 @@ class SurfaceMatcher {
                                         const Point& point) const;
   [[nodiscard]] Match nearest(const Surface& surface, const Point& point, const Place& from,
                               double walked) const;
+  [[nodiscard]] double usual_walk(std::size_t n, double most,
+                                  const std::function<Place(std::size_t)>& place_of) const;
   [[nodiscard]] Match farther(const Surface& surface, const Point& point) const;
   /// Calls `visit(first, last)` for blocks of points in a row, several at a time.
   template <class Visit>

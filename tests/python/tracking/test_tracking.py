@@ -8,12 +8,13 @@ from typing import Any
 import numpy as np
 import pytest
 from meshes import Mesh, bumpy_torus, turned
+from numpy.typing import NDArray
 from scans_of_meshes import bent, edge, error, person, scan_of, vertex_normals
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 import dynmesh
-from dynmesh import Tracker
+from dynmesh import Tracker, losses
 from dynmesh.losses.visibility import visible
 from dynmesh.tracker import Resolution
 from dynmesh.tracking.placing import push_scan
@@ -26,6 +27,39 @@ def test_points_on_a_still_surface_move_nothing(n: int, rng: np.random.Generator
     for _ in range(3):
         tracked = tracker.push(*scan_of(mesh, mesh.vertices, n, rng))
         assert np.abs(tracked - mesh.vertices).max() < 1e-6 * edge(mesh)
+
+
+def collared(gap: float) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """A ball whose upper half ends in a fold, like a closed lip, this far outside of the lower one.
+
+    Its edges have a length of about 1.
+    """
+    angles = np.radians([*np.linspace(4, 100, 18), *range(98, 80, -5), *np.linspace(80, 176, 18)])
+    radii = 10 + gap * np.repeat([1, 0.5, 0], [18, len(angles) - 36, 18])
+    n, rings = 60, len(angles)
+    around = np.linspace(0, 2 * np.pi, n, endpoint=False)
+    across, up = radii * np.sin(angles), radii * np.cos(angles)
+    x, y = np.outer(across, np.cos(around)), 1.3 * np.outer(across, np.sin(around))
+    rows = np.stack([x, y, np.repeat(0.8 * up[:, None], n, axis=1)], axis=2).reshape(-1, 3)
+    poles = [[0, 0, 0.8 * (10 + gap)], [0, 0, -8]]
+    a = np.arange(rings * n).reshape(rings, n)
+    b = np.roll(a, -1, axis=1)
+    sides = [[a[:-1], a[1:], b[:-1]], [b[:-1], a[1:], b[1:]]]
+    caps = [[np.full(n, rings * n), a[0], b[0]], [np.full(n, rings * n + 1), b[-1], a[-1]]]
+    faces = [np.stack([np.ravel(c) for c in corners], axis=1) for corners in (*sides, *caps)]
+    return np.concatenate([rows, poles]), np.concatenate(faces)
+
+
+@pytest.mark.parametrize("cameras", [4, 2])
+@pytest.mark.parametrize("gap", [0.15, 0.25])
+def test_layers_that_touch_stay_apart(gap: float, cameras: int) -> None:
+    vertices, faces = collared(gap)
+    tracker = Tracker(faces, vertices)
+    around = losses.orbit(vertices, cameras, up=(0, 0, 1))(0)
+    still = np.repeat(vertices[None], 9, axis=0)
+    for scan in losses.scan_points(still, faces, around, points=8000, noise=0):
+        tracked = push_scan(tracker, scan)
+        assert np.linalg.norm(tracked - vertices, axis=1).max() < 0.02
 
 
 def test_noise_does_not_accumulate(rng: np.random.Generator) -> None:
