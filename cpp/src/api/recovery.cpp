@@ -74,7 +74,7 @@ void Recovery::begin(Memory& memory) const {
 }
 
 Measure Recovery::measure(const Memory& memory, const FittedSurface& found,
-                          bool was_registered) const {
+                          const From& from) const {
   const Cells& cells = mesh_.topology.cells;
   const PointScan& scan = *found.points.scan;
   const double reach = surface_.constants().radius * surface_.mean_edge();
@@ -88,8 +88,10 @@ Measure Recovery::measure(const Memory& memory, const FittedSurface& found,
   if (!found.lost.empty() && found.agreements.all.points > 0) {
     made.lost = static_cast<double>(found.lost.front());
   }
-  made.quality = judged(made, {memory.tracking.recent, !scan.sensors.empty(), was_registered,
-                               hold_of(memory) == Hold::misplaced});
+  const Hold hold = hold_of(memory);
+  const bool was_misplaced = hold == Hold::misplaced || (hold == Hold::held && from.lost);
+  made.quality = judged(
+      made, {memory.tracking.recent, !scan.sensors.empty(), from.registration, was_misplaced});
   return made;
 }
 
@@ -133,8 +135,10 @@ Recovery::Sought Recovery::seek(SurfaceFit& surface, const Memory& memory,
   const auto seek_from = [&](const Frame& frame, bool was_registered) {
     Sought sought = {memory, next};
     surface.whole().place(frame, sought.start);
-    sought.found = surface.fit(sought.start, measurement, sought.next);
-    sought.measure = this->measure(memory, sought.found, was_registered);
+    // Limbs may be farther than most of the surface, which tells how many iterations it takes.
+    sought.found =
+        surface.fit(sought.start, measurement, sought.next, surface_.constants().most_iterations);
+    sought.measure = this->measure(memory, sought.found, {was_registered, is_ruined(measure)});
     const bool has_less_doubt = !is_ruined(sought.measure) && is_ruined(measure) &&
                                 sought.measure.doubt < best.measure.doubt;
     sought.is_better = is_good(sought.measure) || has_less_doubt;

@@ -28,9 +28,14 @@ class Recovery {
   /// What is remembered of frame 0.
   void begin(Memory& memory) const;
 
-  /// How the surface lies in the scan in which it was found, perhaps from a good registration.
+  /// Where a surface was found that was sought.
+  struct From {
+    bool registration;  ///< a good one
+    bool lost;          ///< another pose in the same frame that was lost, and may be as wrong
+  };
+  /// How the surface lies in the scan in which it was found.
   [[nodiscard]] Measure measure(const Memory& memory, const FittedSurface& found,
-                                bool was_registered = false) const;
+                                const From& from = {false, false}) const;
   /// Whether to seek the template elsewhere: it was lost in a frame, after a good one, or much
   /// suddenly speaks against it, as if some of its parts were.
   [[nodiscard]] bool is_due(const Memory& memory, const Measure& measure) const;

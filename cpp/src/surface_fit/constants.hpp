@@ -60,7 +60,7 @@ struct TrackingConstants {
   /// more than at least for each mean edge within which this share of the vertices has a point at
   /// first.
   int most_iterations = 8;
-  double iterations_per_edge = 3;
+  double iterations_per_edge = 2;
   double far_share = 0.98;
   SolverLimits solution = {12, 3e-3};
   /// The preconditioner has so much of the weights of the points at a vertex, which tell one of its

@@ -104,8 +104,10 @@ void SurfaceFit::begin(Memory& memory) const {
   memory.tracking.coarse_departures = coarse_->first.departures;
 }
 
-FittedSurface SurfaceFit::fit(const Memory& memory, const PointScan& scan, Memory& next) {
-  FitOptions options = {.times_weight = memory.tracking.times_weight,
+FittedSurface SurfaceFit::fit(const Memory& memory, const PointScan& scan, Memory& next,
+                              int fewest_iterations) {
+  FitOptions options = {.fewest_iterations = fewest_iterations,
+                        .times_weight = memory.tracking.times_weight,
                         .precision = precision_of(memory.tracking, whole_.constants())};
   if (coarse_ == nullptr) return whole_.fit(memory, scan, options, next);
   auto& [surface, level, first] = *coarse_;

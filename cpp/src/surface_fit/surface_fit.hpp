@@ -38,7 +38,8 @@ class SurfaceFit {
   void begin(Memory& memory) const;
   /// Finds the surface in a frame from what is remembered of the last one. `next` then holds the
   /// rotations of X, and what it says of modes.
-  FittedSurface fit(const Memory& memory, const PointScan& scan, Memory& next);
+  FittedSurface fit(const Memory& memory, const PointScan& scan, Memory& next,
+                    int fewest_iterations = 1);
   /// Finds the standard errors of a frame, if they are wanted; see SurfaceErrors.
   void measure_errors(const FittedSurface& found, bool is_lost, const Memory& memory,
                       Memory& next) {
