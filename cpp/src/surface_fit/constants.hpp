@@ -104,7 +104,7 @@ struct TrackingConstants {
   /// How far the place of a point may move on a coarse mesh while what was measured there of the
   /// template counts a quarter: details are no larger.
   double corrected_within = 0.1;
-  double corrected_steps = 0.3;  ///< of most vertices in the last frame, up to which it is compared
+  double corrected_steps = 0.1;  ///< of most vertices in the last frame, up to which it is compared
   /// The share of the shape of frame 0 in the shape that is wanted, beside that of the last frame.
   /// Folds of cloth come and go, and frame 0 knows none of them.
   double pull = 0.4;
