@@ -132,8 +132,8 @@ SurfaceColours CoarseSurface::colours(const SurfaceColours& of_whole) const {
   return means;
 }
 
-/// As method detail: Q is turned further as the coarse vertices were, and X is solved for; then Q
-/// is fitted to it, and X is solved for again.
+/// As a step of method detail: Q is turned further as the coarse vertices were, and X is solved
+/// for. Another step hardly changes X.
 std::vector<Vector3> CoarseSurface::restored(const Memory& last, const Memory& next,
                                              const Memory& memory, Field rest, Memory& found) {
   std::vector<Quaternion> turns;  // (clusters,)
@@ -145,19 +145,17 @@ std::vector<Vector3> CoarseSurface::restored(const Memory& last, const Memory& n
   rotations_.turn_further(turns, memory.q, found.q);
   std::vector<Vector3> x = memory.last;
   for (std::size_t c = 0; c < size(); ++c) x[at(mesh_.vertices[c])] = next.last[c];
+  if (!factor_) return x;
   std::vector<Vector3> shape(x.size()), kx(x.size()), steps(x.size());
-  for (int i = 0; i < 2 && factor_; ++i) {
-    if (i > 0) rotations_.fit(x, found.q);
-    for (std::size_t v = 0; v < x.size(); ++v) {
-      const double pull = materials_[at(whole_.topology.component[v])].pull;
-      shape[v] = memory.m[v] + pull * (rest[v] - memory.m[v]);
-    }
-    turn(found.q, shape, shape, workers_);
-    system_.apply(x, 1, kx);
-    system_.solve<1>([&](std::size_t v, std::size_t) { return shape[v] - kx[v]; }, x, *factor_,
-                     steps);
-    for (std::size_t v = 0; v < x.size(); ++v) x[v] = x[v] + steps[v];
+  for (std::size_t v = 0; v < x.size(); ++v) {
+    const double pull = materials_[at(whole_.topology.component[v])].pull;
+    shape[v] = memory.m[v] + pull * (rest[v] - memory.m[v]);
   }
+  turn(found.q, shape, shape, workers_);
+  system_.apply(x, 1, kx);
+  system_.solve<1>([&](std::size_t v, std::size_t) { return shape[v] - kx[v]; }, x, *factor_,
+                   steps);
+  for (std::size_t v = 0; v < x.size(); ++v) x[v] = x[v] + steps[v];
   return x;
 }
 
