@@ -89,20 +89,32 @@ Vector3 SurfaceMatcher::agreeing_normal(const Surface& surface, const Place& pla
 
 /// The nearest place within the radius, whatever its normal. The point walks over X from the place
 /// of the last search, or of a neighbour, and only if this does not explain it, all of X is
-/// searched.
+/// searched, or all of the component that explains it roughly: of components that touch, as of a
+/// shell and what it covers, others may be nearer by chance.
 SurfaceMatcher::Match SurfaceMatcher::nearest(const Surface& surface, const Point& point,
-                                              const Place& from, double walked) const {
+                                              const Place& from, const Walk& walk) const {
+  const auto is_within = [&](const Place& place, double edges) {
+    return place.squared < std::pow(edges * mean_edge_, 2);
+  };
+  const auto component_of = [&](const Place& place) {
+    return topology_.component[place.corners[0]];
+  };
   Place within = {.squared = std::pow(widest(), 2)};
+  Index component = none;
   if (from.any()) {
     const Place place = places_.walk(surface.x, point.position, from.face);
-    if (surface.shows(place) && place.squared < std::pow(walked * mean_edge_, 2)) {
+    if (surface.shows(place) && is_within(place, walk.most)) {
       const auto normal = agreeing_normal(surface, place, point);
-      if (squared_norm(normal) > 0) return {place, normal};
+      if (squared_norm(normal) > 0) {
+        if (is_within(place, walk.sure)) return {place, normal};
+        component = component_of(place);
+      }
     }
     if (surface.shows(place) && place.squared < within.squared) within = place;
   }
-  const Place place = places_.nearest(surface.x, point.position, within,
-                                      [&](const Place& near) { return surface.shows(near); });
+  const Place place = places_.nearest(surface.x, point.position, within, [&](const Place& near) {
+    return surface.shows(near) && (component == none || component_of(near) == component);
+  });
   if (!(place.squared < std::pow(widest(), 2))) return {};
   return {place, agreeing_normal(surface, place, point)};
 }
@@ -203,24 +215,25 @@ void SurfaceMatcher::compare_with(Field x, const Visibility& visibility,
     Match match;
     Place there = {};
   };
-  const auto compare = [&](const Point& point, const Place& from, double walked) {
-    Compared compared{nearest(surface, point, from, walked)};
+  const double most = constants_.resolution;
+  const auto compare = [&](const Point& point, const Place& from, double sure) {
+    Compared compared{nearest(surface, point, from, {most, sure})};
     const auto& [place, normal] = compared.match;
     if (squared_norm(normal) > 0 && place.squared < squared_near) {
       compared.there = finer_place(point, place, finer, finer_frame);
     }
     return compared;
   };
-  const double walk = usual_walk(points.points.size(), constants_.resolution, [&](std::size_t i) {
+  const double usual = usual_walk(points.points.size(), most, [&](std::size_t i) {
     return compare(points.points[i], {}, 0).there;
   });
-  const double squared_walk = std::pow(walk * mean_edge_, 2);
+  const double squared_usual = std::pow(usual * mean_edge_, 2);
   for_each_block(points.points.size(), [&](std::size_t first, std::size_t last) {
     Place before;
     for (std::size_t i = first; i < last; ++i) {
       const Point& point = points.points[i];
-      Compared compared = compare(point, before, constants_.resolution);
-      const bool is_layer = compared.there.any() && compared.there.squared > squared_walk;
+      Compared compared = compare(point, before, most);
+      const bool is_layer = compared.there.any() && compared.there.squared > squared_usual;
       if (is_layer) compared = compare(point, before, 0);
       const auto& [match, there] = compared;
       if (!match.place.any()) continue;
@@ -251,7 +264,7 @@ void SurfaceMatcher::nearest_places(Field x, const Visibility& visibility, doubl
     for (std::size_t i = first; i < last; ++i) {
       Place& place = points.places[i];
       const Place& from = place.any() ? place : before;
-      place = nearest(surface, points.points[i], from, walked).place;
+      place = nearest(surface, points.points[i], from, {walked, walked}).place;
       if (place.any()) before = place;
     }
   });
@@ -266,10 +279,10 @@ SurfaceMatcher::Rows SurfaceMatcher::match(Field x, const Visibility& visibility
   const double squared_reach = std::pow(constants_.corrected_within * mean_edge_, 2);
   const std::size_t n = points.points.size();
   const std::size_t every = std::min(every_nth(n, options.points), in_a_row);
-  double walked = options.walked;
+  Walk walk = {options.walked, options.walked};
   if (options.tells_layers) {
-    walked = usual_walk(n, walked, [&](std::size_t i) {
-      return nearest(surface, points.points[i], points.places[i], 0).place;
+    walk.sure = usual_walk(n, walk.most, [&](std::size_t i) {
+      return nearest(surface, points.points[i], points.places[i], {}).place;
     });
   }
   Rows rows(n);
@@ -278,7 +291,7 @@ SurfaceMatcher::Rows SurfaceMatcher::match(Field x, const Visibility& visibility
     for (std::size_t i = first; i < last; i += every) {
       const Point& point = points.points[i];
       Place& place = points.places[i];
-      Match match = nearest(surface, point, place.any() ? place : before, walked);
+      Match match = nearest(surface, point, place.any() ? place : before, walk);
       place = match.place;
       if (!place.any()) continue;
       before = place;

@@ -159,8 +159,14 @@ class SurfaceMatcher {
   [[nodiscard]] double widest() const { return constants_.radius * mean_edge_; }
   [[nodiscard]] Vector3 agreeing_normal(const Surface& surface, const Place& place,
                                         const Point& point) const;
+  /// How near, in mean edges, a place that a point walked to must be: nearer than `most` to be of
+  /// the same component as the nearest one, and than `sure` to be the nearest one.
+  struct Walk {
+    double most = 0;
+    double sure = 0;
+  };
   [[nodiscard]] Match nearest(const Surface& surface, const Point& point, const Place& from,
-                              double walked) const;
+                              const Walk& walk) const;
   [[nodiscard]] double usual_walk(std::size_t n, double most,
                                   const std::function<Place(std::size_t)>& place_of) const;
   [[nodiscard]] Match farther(const Surface& surface, const Point& point) const;
