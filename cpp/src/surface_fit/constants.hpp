@@ -51,7 +51,7 @@ struct TrackingConstants {
   /// each other than the resolution, as closed lips are. So where the surface arrives, its place
   /// must be as near as so many times the median of those of one in so many points, which are
   /// searched on the whole surface.
-  double usual_walk = 4;
+  double usual_walk = 8;
   double least_walk = 0.05;
   std::size_t points_of_search = 100;
 
