@@ -48,8 +48,8 @@ class CoarseSurface {
   [[nodiscard]] SurfaceColours colours(const SurfaceColours& of_whole) const;
 
   /// (k,) X for the positions and rotations of the coarse mesh in `next`, which were those in
-  /// `last` in the frame of `memory`. `rest` is the rest shape. `found` then holds the rotations with
-  /// which X was found.
+  /// `last` in the frame of `memory`. `rest` is the rest shape. `found` then holds the rotations
+  /// with which X was found.
   [[nodiscard]] std::vector<Vector3> restored(const Memory& last, const Memory& next,
                                               const Memory& memory, Field rest, Memory& found);
 
