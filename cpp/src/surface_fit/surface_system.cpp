@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "base/geometry.hpp"
@@ -74,7 +75,7 @@ void SurfaceSystem::apply_factor(MaskedFactor& factor, Field right_side, std::sp
   for (const Vector3& f : right_side) {
     largest = std::max({largest, std::abs(f.x), std::abs(f.y), std::abs(f.z)});
   }
-  const double scale = largest > 0 ? 1 / largest : 0;
+  const double scale = largest > std::numeric_limits<double>::min() ? 1 / largest : 0;
   rounded_.resize(quad * order.size());
   workers_.for_each_in_chunks(order.size(), [&](std::size_t r) {
     const auto scaled = scale * right_side[at(order[r])];

@@ -386,7 +386,7 @@ EXCEPTIONS = (
         (*TURNING, "vertices renumbered", "faces and points in another order"), 0.01,
         "an iterative solver ends when its error is small",
     ),
-    Exempt(("tracker",), ("mirrored",), 0.01, "a preconditioner is applied in single precision"),
+    Exempt(("tracker",), ("mirrored",), 0.002, "a preconditioner is applied in single precision"),
     Exempt(("tracker",), ("after a rest",), 0.05, "a rest tells the noise of the points"),
     Exempt(
         ("tracker, resolution",), (*TURNING, "faces and points in another order"), 0.05,
