@@ -90,9 +90,11 @@ class MeshInScan(Agreement):
             more, the sum of `contradicted` / 0.05, `stretch` / 0.13 and, of the template's area,
             the largest piece without a point, divided by 0.05. Until a frame is good also
             `stretch` / 0.06, and the growth by 6 %.
-        leap: `change` as a multiple of the largest that the recent good frames make likely, the
-            same of `parted` if `doubt` is more than 0.5, or the growth since then as one of 6 %; 0
-            if the shape has not become another one.
+        leap: `change`, or how far `stretch` departs from the usual one if that is less, as a
+            multiple of the largest that the recent good frames make likely; near 1, a smaller one
+            if the mesh bends where it bent before, and a larger one if its last shape lies nearer
+            to the points turned. The same of `parted` if `doubt` is more than 0.5, or the growth
+            since then as a multiple of 6 %.
         quality: "good", "doubtful" or "ruined", probably.
         reason: why the quality is not good, in a sentence that begins with the cause; empty if it
             is.

@@ -74,6 +74,46 @@ TEST_CASE("a shape that leaps is lost, and one that always moves as fast is not"
   }
 }
 
+TEST_CASE("near the limit, more is asked than how far edges changed") {
+  for (const double change : {0.02, 0.034, 0.05, 0.2}) {
+    for (const double times : {0.3, 1.0, 3.0}) {
+      int asked = 0;
+      Before before;
+      before.times_likely = [&](double) {
+        ++asked;
+        return times;
+      };
+      Measure frame{.agreement = {1000, 0, 0, 0.1}, .stretch = 0.02, .change = 0.005};
+      for (int i = 0; i < 20; ++i) add_frame(frame, before.recent);
+      CAPTURE(change);
+      CAPTURE(times);
+      frame.stretch = 0.02 + change;
+      frame.change = change;
+      const bool is_open = change > 0.03 && change < 0.1;
+      const bool is_lost = change > 0.1 || (is_open && times * change / 0.035 > 1);
+      CHECK((judged(frame, before) == Quality::ruined) == is_lost);
+      CHECK(asked == (is_open ? 1 : 0));
+    }
+  }
+}
+
+TEST_CASE("a surface bends elsewhere if edges change where they did not before") {
+  const Mesh<double> mesh = sheet<double>(20);
+  const Topology topology = build_topology(mesh.faces(), mesh.size());
+  const auto bent = [&](double left, double right) {
+    std::vector<Vector3> frame = rows_of(mesh.vertices);
+    for (auto& x : frame) {
+      if (x.x < 12) x.y *= 1 + left;
+      if (x.x > 17) x.y *= 1 + right;
+    }
+    return frame;
+  };
+  const auto first = bent(0, 0);
+  const auto before = bent(0.02, 0.001);
+  CHECK(bent_elsewhere(topology.cells, first, before, bent(0.1, 0.005)) < 0.05);
+  CHECK(bent_elsewhere(topology.cells, first, before, bent(0.02, 0.05)) > 0.2);
+}
+
 TEST_CASE("what was lost stays lost until its shape is nearer to that of the good frames") {
   for (const bool was_lost : {false, true}) {
     for (const double departure : {0.01, 0.02, 0.04}) {

@@ -85,8 +85,10 @@ struct DYNMESH_EXPORT Measure {
   /// its pose there, also the stretch divided by 0.06, and the growth by 6 %; later, growth by 6 %
   /// in one frame.
   double doubt = 0;
-  /// `change` as a multiple of the largest that the recent good frames make likely, or `parted` if
-  /// that is more and something speaks against the mesh; 0 if the shape has not become another one.
+  /// `change`, or how far `stretch` departs from the usual one if that is less, as a multiple of
+  /// the largest that the recent good frames make likely; near 1, a smaller one if the mesh bends
+  /// where it bent before, and a larger one if its last shape lies nearer to the points turned. The
+  /// same of `parted` if that is more and something speaks against the mesh, and of sudden growth.
   /// A pose that was lost is held by bending the mesh otherwise, or its parts by other ones.
   double leap = 0;
   /// Whether no earlier frame of the tracker was good. Its template is the subject as it is in the

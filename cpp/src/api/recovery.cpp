@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "base/geometry.hpp"
+#include "base/rigid_motion.hpp"
 #include "base/statistics.hpp"
 #include "base/stored_numbers.hpp"
 #include "quality/evidence.hpp"
@@ -90,8 +91,20 @@ Measure Recovery::measure(const Memory& memory, const FittedSurface& found,
   }
   const Hold hold = hold_of(memory);
   const bool was_misplaced = hold == Hold::misplaced || (hold == Hold::held && from.lost);
-  made.quality = judged(
-      made, {memory.tracking.recent, !scan.sensors.empty(), from.registration, was_misplaced});
+  // A body that was turned, and is bent instead, may be bent at its joints, but its last shape lies
+  // nearer to the points if it is turned as well.
+  const auto times_likely = [&](double leap) {
+    const double elsewhere = bent_elsewhere(cells, first_, before, found.x);
+    const double bent = std::min(1.0, elsewhere / quality_limits.bent_elsewhere);
+    if (scan.size() < surface_.constants().fewest || (leap > 1 && bent == 1)) return 1.0;
+    const RigidMotion motion = fit_rigid_motion(before, found.x);
+    Frame moved;
+    for (const Vector3& x : before) moved.push_back(motion.apply(x));
+    const PointScan sample = sample_scan(scan, rigid_start_constants.points);
+    return std::max(bent, gain_of_turning(mesh_.faces, moved, sample));
+  };
+  made.quality = judged(made, {memory.tracking.recent, !scan.sensors.empty(), from.registration,
+                               was_misplaced, times_likely});
   return made;
 }
 

@@ -30,6 +30,11 @@ inline constexpr struct QualityLimits {
   double leap = 0.035;
   double leap_times = 2.5;
   double leap_stretch = 0.03;
+  /// Between these multiples, a leap is less of one if edges change where they did before, with so
+  /// small a share elsewhere, and more if the last shape lies nearer to the points turned.
+  double likely_leap = 0.9;
+  double certain_leap = 3;
+  double bent_elsewhere = 0.05;
   double still_lost = 0.5;  ///< the share of that departure down to which it stays lost
   /// The same of parts that come apart, by so many mean edges. A machine that was turned, and whose
   /// parts were drawn to other ones, did so at 0.2 to 0.7 of the places where they touch, where

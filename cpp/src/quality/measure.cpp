@@ -46,6 +46,58 @@ Change change_of(const Cells& cells, Field before, Field after) {
   return found;
 }
 
+namespace {
+
+/// (k,) by which share the edges around each vertex changed beside their median change. What is
+/// measured of single edges is mostly noise.
+std::vector<double> changes_around(const Cells& cells, Field before, Field after) {
+  constexpr int rounds = 4;
+  std::vector<double> ratios;
+  for (std::size_t v = 0; v < before.size(); ++v) {
+    for (const Index n : cells[v]) {
+      const double was = squared_norm(before[at(n)] - before[v]);
+      const double is = squared_norm(after[at(n)] - after[v]);
+      ratios.push_back(was > 0 && is > 0 ? std::log(is / was) / 2 : 0);
+    }
+  }
+  const double common = ratios.empty() ? 0 : quantile(ratios, 0.5);
+  std::vector<double> changes(before.size());
+  for (std::size_t v = 0, i = 0; v < before.size(); ++v) {
+    const auto n = static_cast<double>(cells[v].size());
+    for (std::size_t c = 0; c < cells[v].size(); ++c) {
+      changes[v] += std::abs(ratios[i++] - common) / n;
+    }
+  }
+  for (int round = 1; round < rounds; ++round) {
+    const std::vector<double> last = changes;
+    for (std::size_t v = 0; v < before.size(); ++v) {
+      for (const Index n : cells[v]) changes[v] += last[at(n)];
+      changes[v] /= static_cast<double>(1 + cells[v].size());
+    }
+  }
+  return changes;
+}
+
+}  // namespace
+
+double bent_elsewhere(const Cells& cells, Field first, Field before, Field after) {
+  constexpr double times = 3;
+  const auto usual = changes_around(cells, first, before);
+  const auto changes = changes_around(cells, first, after);
+  std::vector<double> ratios;
+  for (std::size_t v = 0; v < usual.size(); ++v) {
+    if (usual[v] > 0) ratios.push_back(changes[v] / usual[v]);
+  }
+  const double ratio = ratios.empty() ? 0 : quantile(std::move(ratios), 0.5);
+  double all = 0;
+  double elsewhere = 0;
+  for (std::size_t v = 0; v < usual.size(); ++v) {
+    all += changes[v];
+    elsewhere += std::max(0.0, changes[v] - times * ratio * usual[v]);
+  }
+  return all > 0 ? elsewhere / all : 0;
+}
+
 double parted_share(std::span<const Tie> ties, Field before, Field after, double mean_edge) {
   double parted = 0;
   double all = 0;
@@ -130,8 +182,13 @@ Quality judged(Measure& measure, const Before& before) {
   const double unusual =
       std::max(limits.leap_stretch, limits.deviations * recent.stretch.deviation);
   // A pose that was lost settles: it is bent less from frame to frame, and stays another one.
-  if (departure > (before.was_misplaced ? limits.still_lost : 1) * unusual) {
-    measure.leap = measure.change / std::max(limits.leap, limits.leap_times * recent.change.mean);
+  const double departures = departure / ((before.was_misplaced ? limits.still_lost : 1) * unusual);
+  const double changes =
+      measure.change / std::max(limits.leap, limits.leap_times * recent.change.mean);
+  measure.leap = std::max(0.0, std::min(departures, changes));
+  if (before.times_likely && measure.leap > limits.likely_leap &&
+      measure.leap < limits.certain_leap) {
+    measure.leap *= before.times_likely(measure.leap);
   }
   if (measure.doubt > limits.parted_doubt) {
     const double parted = std::max(limits.parted, limits.leap_times * recent.parted.mean);

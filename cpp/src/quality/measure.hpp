@@ -4,6 +4,7 @@
 #include <dynmesh/quality.hpp>
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
+#include <functional>
 #include <span>
 
 #include "mesh/ties.hpp"
@@ -20,6 +21,12 @@ struct Change {
 };
 
 Change change_of(const Cells& cells, Field before, Field after);
+
+/// Of how the edges around vertices have changed since frame 0, the share that is more than three
+/// times as much as if they had changed everywhere in proportion to what they had before. Joints
+/// bend farther in what moves fast, and other places in a mesh that slid along a surface.
+double bent_elsewhere(const Cells& cells, Field first, Field before, Field after);
+
 /// Of the places where components touch, by the weights of their ties, the share that came apart,
 /// or together, by more than three mean edges. 0 without any.
 double parted_share(std::span<const Tie> ties, Field before, Field after, double mean_edge);
@@ -35,6 +42,9 @@ struct Before {
   bool knows_sensors = true;    ///< otherwise, what should be seen follows from recent frames
   bool was_registered = false;  ///< with a good result: whatever the shape was before
   bool was_misplaced = false;   ///< in the frame before: lost, with points on it
+  /// How many times as likely it is that the pose was lost as the changes of edges tell, by how
+  /// many times they are what is likely. Asked only if these leave it open; none if empty.
+  std::function<double(double leap)> times_likely = {};
 };
 
 /// Sets the doubt, the leap and the quality.

@@ -150,15 +150,51 @@ Eigen::Matrix3d spread_rotation(int number, int count) {
       .toRotationMatrix();
 }
 
+/// The angle between two rotations, in degrees.
+double angle_between(const Motion& a, const Motion& b) {
+  const Eigen::Matrix3d turn = a.linear().transpose() * b.linear();
+  return Eigen::AngleAxisd(turn).angle() * 180 / std::numbers::pi;
+}
+
+/// Few places of a surface and few points, which are compared from any rotation.
+class CoarsePairing {
+ public:
+  CoarsePairing(std::span<const Triangle> faces, Field surface, const PointScan& sample)
+      : points_(some_of(sample)),
+        pairing_(sample_surface(faces, surface, rigid_start_constants.coarse_places), points_) {}
+
+  /// Whether the surface has no area.
+  [[nodiscard]] bool empty() const { return pairing_.empty(); }
+  [[nodiscard]] RigidStart in_place() const { return pairing_.improved({}, false); }
+  [[nodiscard]] std::vector<RigidStart> turned() const {
+    constexpr int n = rigid_start_constants.rotations;
+    std::vector<RigidStart> starts;
+    for (int i = 0; i < n; ++i) {
+      starts.push_back(pairing_.improved({pairing_.centred(spread_rotation(i, n))}, false));
+    }
+    return starts;
+  }
+
+ private:
+  static PointScan some_of(const PointScan& sample) {
+    constexpr std::size_t n = rigid_start_constants.coarse_points;
+    const std::size_t step = (sample.size() + n - 1) / n;
+    std::vector<std::size_t> few;
+    for (std::size_t i = step - 1; i < sample.size(); i += step) few.push_back(i);
+    return part_of(sample, few);
+  }
+
+  PointScan points_;
+  Pairing pairing_;
+};
+
 /// The best starts whose rotations differ, at most so many.
 std::vector<RigidStart> best_of(std::vector<RigidStart> starts, std::size_t most) {
   std::ranges::stable_sort(starts, {}, &RigidStart::distance);
   std::vector<RigidStart> best;
   for (const RigidStart& start : starts) {
     const bool is_new = std::ranges::all_of(best, [&](const RigidStart& other) {
-      const Eigen::Matrix3d turn = start.motion.linear().transpose() * other.motion.linear();
-      return Eigen::AngleAxisd(turn).angle() * 180 / std::numbers::pi >
-             rigid_start_constants.least_angle;
+      return angle_between(start.motion, other.motion) > rigid_start_constants.least_angle;
     });
     if (is_new) best.push_back(start);
     if (best.size() == most) break;
@@ -258,17 +294,7 @@ std::vector<Eigen::Isometry3d> rigid_starts(std::span<const Triangle> faces, Fie
   const Pairing fine(sample_surface(faces, surface, c.places), sample);
   if (fine.empty()) return {Eigen::Isometry3d::Identity()};
   const RigidStart in_place = fine.improved({}, true);
-  std::vector<RigidStart> starts;
-  const std::size_t step = (sample.size() + c.coarse_points - 1) / c.coarse_points;
-  std::vector<std::size_t> few;
-  for (std::size_t i = step - 1; i < sample.size(); i += step) few.push_back(i);
-  const PointScan part = part_of(sample, few);
-  const Pairing coarse(sample_surface(faces, surface, c.coarse_places), part);
-  for (int i = 0; i < c.rotations; ++i) {
-    const Eigen::Isometry3d motion = coarse.centred(spread_rotation(i, c.rotations));
-    starts.push_back(coarse.improved({motion}, false));
-  }
-  starts = best_of(std::move(starts), 2 * c.starts);
+  auto starts = best_of(CoarsePairing(faces, surface, sample).turned(), 2 * c.starts);
   for (RigidStart& start : starts) start = fine.improved(start, true);
   starts.insert(starts.begin(), in_place);
   std::vector<Eigen::Isometry3d> best;
@@ -276,6 +302,19 @@ std::vector<Eigen::Isometry3d> rigid_starts(std::span<const Triangle> faces, Fie
     best.push_back(start.motion);
   }
   return best;
+}
+
+double gain_of_turning(std::span<const Triangle> faces, Field surface, const PointScan& sample) {
+  const CoarsePairing pairing(faces, surface, sample);
+  if (pairing.empty()) return 1;
+  const RigidStart in_place = pairing.in_place();
+  double turned = std::numeric_limits<double>::infinity();
+  for (const RigidStart& start : pairing.turned()) {
+    if (angle_between(start.motion, in_place.motion) > rigid_start_constants.least_angle) {
+      turned = std::min(turned, start.distance);
+    }
+  }
+  return turned > 0 && in_place.distance > 0 ? std::pow(in_place.distance / turned, 2) : 1;
 }
 
 }  // namespace dynmesh

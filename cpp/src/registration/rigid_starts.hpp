@@ -44,4 +44,9 @@ PointScan sample_scan(const PointScan& scan, std::size_t n);
 std::vector<Eigen::Isometry3d> rigid_starts(std::span<const Triangle> faces, Field surface,
                                             const PointScan& sample);
 
+/// How many times as far from the points, squared, a surface lies where it is, moved a little, as
+/// where it lies best among those rotations that differ from this by more than `least_angle`. 1 if
+/// there is no area. Takes about 64 times 2 500 nearest neighbours.
+double gain_of_turning(std::span<const Triangle> faces, Field surface, const PointScan& sample);
+
 }  // namespace dynmesh
