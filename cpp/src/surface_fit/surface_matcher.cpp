@@ -149,57 +149,15 @@ SurfaceMatcher::Match SurfaceMatcher::farther(const Surface& surface, const Poin
 }
 
 void SurfaceMatcher::measure_heights(Field frame, SurfaceMatcher& finer, Field finer_frame) {
-  const auto normals = normals_of(frame);
   finer.places_.update_boxes(finer_frame);
-  const auto anywhere = [](const Place&) { return true; };
-  heights_.resize(faces_.size());
-  finer_faces_.resize(faces_.size());
-  workers_.for_each_in_chunks(faces_.size(), [&](std::size_t f) {
-    for (std::size_t s = 0; s < 3; ++s) {
-      const auto a = at(faces_[f][(s + 1) % 3]);
-      const auto b = at(faces_[f][(s + 2) % 3]);
-      const auto middle = 0.5 * (frame[a] + frame[b]);
-      const auto sum = normals[a] + normals[b];
-      const double length = std::sqrt(squared_norm(sum));
-      if (!(length > 0)) continue;
-      const auto normal = (1 / length) * sum;
-      double height = 0;
-      for (int step = 0; step < 3; ++step) {
-        const auto point = middle + height * normal;
-        const Place place = finer.places_.nearest(
-            finer_frame, point, {.squared = mean_edge_ * mean_edge_ / 4}, anywhere);
-        if (!place.any()) continue;
-        height += dot(place.on(finer_frame) - point, normal);
-        finer_faces_[f][s] = place.face;
-      }
-      heights_[f][s] = std::clamp(height, -mean_edge_ / 2, mean_edge_ / 2);
-    }
-  });
-}
-
-/// How high the finer surface is above a place: quadratic between the corners and the middles of
-/// the sides.
-double SurfaceMatcher::height(const Place& place) const {
-  double sum = 0;
-  for (std::size_t s = 0; s < 3; ++s) {
-    sum += 4 * heights_[place.face][s] * place.shares[(s + 1) % 3] * place.shares[(s + 2) % 3];
-  }
-  return sum;
+  heights_ = FinerHeights(faces_, frame, normals_of(frame), mean_edge_, finer.places_, finer_frame,
+                          workers_);
 }
 
 /// From a place to the finer surface, along the normal on the side of the point.
 Vector3 SurfaceMatcher::to_finer(const Surface& surface, const Match& match) const {
   const bool is_outside = dot(match.place.on(surface.normals), match.normal) > 0;
-  return (is_outside ? height(match.place) : -height(match.place)) * match.normal;
-}
-
-/// The place of a finer surface to which a point comes from the middle of the nearest side of its
-/// place.
-Place SurfaceMatcher::finer_place(const Point& point, const Place& place,
-                                  const SurfaceMatcher& finer, Field finer_frame) const {
-  const auto side = std::ranges::min_element(place.shares) - place.shares.begin();
-  const std::uint32_t face = finer_faces_[place.face][static_cast<std::size_t>(side)];
-  return finer.places_.walk(finer_frame, point.position, face);
+  return (is_outside ? heights_.at(match.place) : -heights_.at(match.place)) * match.normal;
 }
 
 // A point that is farther than the resolution is of something else, or of what has moved.
@@ -220,7 +178,7 @@ void SurfaceMatcher::compare_with(Field x, const Visibility& visibility,
     Compared compared{nearest(surface, point, from, {most, sure})};
     const auto& [place, normal] = compared.match;
     if (squared_norm(normal) > 0 && place.squared < squared_near) {
-      compared.there = finer_place(point, place, finer, finer_frame);
+      compared.there = finer.places_.walk(finer_frame, point.position, heights_.face_near(place));
     }
     return compared;
   };

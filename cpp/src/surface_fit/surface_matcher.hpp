@@ -17,6 +17,7 @@
 #include "shape/rotations.hpp"
 #include "surface_fit/cloth.hpp"
 #include "surface_fit/constants.hpp"
+#include "surface_fit/finer_heights.hpp"
 #include "surface_fit/point_scan.hpp"
 #include "surface_fit/surface_places.hpp"
 #include "surface_fit/surface_rows.hpp"
@@ -173,9 +174,6 @@ class SurfaceMatcher {
   /// Calls `visit(first, last)` for blocks of points in a row, several at a time.
   template <class Visit>
   void for_each_block(std::size_t n, const Visit& visit) const;
-  [[nodiscard]] Place finer_place(const Point& point, const Place& place,
-                                  const SurfaceMatcher& finer, Field finer_frame) const;
-  [[nodiscard]] double height(const Place& place) const;
   [[nodiscard]] Vector3 to_finer(const Surface& surface, const Match& match) const;
   void weigh(const Surface& surface, const MatchOptions& options, double points_of_row,
              const MatchedPoints& points, Rows& rows) const;
@@ -190,9 +188,8 @@ class SurfaceMatcher {
   std::span<const Material> materials_;
   const Clusters& clusters_;
   std::vector<double> outside_;  // of each component: -1 if its faces are wound inwards, else 1
-  std::vector<std::uint8_t> is_sheet_;                     // (k,)
-  std::vector<std::array<double, 3>> heights_;             // above the sides of the faces, or empty
-  std::vector<std::array<std::uint32_t, 3>> finer_faces_;  // there
+  std::vector<std::uint8_t> is_sheet_;  // (k,)
+  FinerHeights heights_;
   Boundary boundary_;
   SurfacePlaces places_;
 };
