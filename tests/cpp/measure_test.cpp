@@ -183,6 +183,19 @@ TEST_CASE("what sensors always miss is expected, and without sensors, what was s
   }
 }
 
+TEST_CASE("a template that slowly goes wrong does not make it usual that points are missing") {
+  Before before;
+  Measure frame{.agreement = {1000, 0, 0, 0.1}};
+  for (int i = 0; i < 20; ++i) add_frame(frame, before.recent);
+  int doubtful = 0;
+  for (int i = 0; i < 15; ++i) {
+    frame.explained -= 0.018;
+    doubtful += judged(frame, before) == Quality::doubtful ? 1 : 0;
+    add_frame(frame, before.recent);
+  }
+  CHECK(doubtful >= 5);
+}
+
 TEST_CASE("a mesh has grown by its median edge, whatever has become of a part of it") {
   const auto mesh = sheet<double>(20);
   const auto before = rows_of(mesh.vertices);

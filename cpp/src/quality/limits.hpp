@@ -43,8 +43,11 @@ inline constexpr struct QualityLimits {
   double parted_edges = 3;
   double parted = 0.2;
   double parted_doubt = 0.5;
-  /// What was usual holds for so many mean deviations from it.
+  /// What was usual holds for so many mean deviations from it. For what known sensors miss, it is
+  /// fewer, as they should see all of a surface: a template that slowly goes wrong misses more in
+  /// each frame, and would make that usual.
   double deviations = 4;
+  double missed_deviations = 2;
   /// A surface that is tracked is lost, and a result ruined, if less is explained, if more of it is
   /// contradicted, or if edges have changed by more.
   double ruined_explained = 0.3;

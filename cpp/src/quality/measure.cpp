@@ -151,8 +151,9 @@ Quality judged(Measure& measure, const Before& before) {
   constexpr const QualityLimits& limits = quality_limits;
   const RecentFrames& recent = before.recent;
   const bool is_first = recent.count == 0;
+  const double deviations = before.knows_sensors ? limits.missed_deviations : limits.deviations;
   const auto beyond = [&](const Usual& usual) {
-    return is_first ? 0 : usual.mean + limits.deviations * usual.deviation;
+    return is_first ? 0 : usual.mean + deviations * usual.deviation;
   };
   // What may be missing: at the start, or in a registration; later, what always is.
   double missing = measure.is_start ? limits.start_missing : limits.missing;

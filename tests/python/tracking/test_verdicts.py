@@ -335,7 +335,7 @@ STORIES = {
     "a head": Story("bust", moving, "g"),
     "a beetle of many parts": Story("beetle", moving, "g"),
     "a head turns by 10 degrees": Story("bust", part(turning, 10), "g"),
-    "a hand moves five times as fast": Story("hand", part(hurrying, 5), "g", 7),
+    "a hand moves six times as fast": Story("hand", part(hurrying, 6), "g", 6),
     "a heart beats three times as fast": Story("heart", part(hurrying, 3), "g", 7),
     "a head turns too fast": Story("bust", part(hurrying, 9), "gggn", 5),
     "a head turns by 120 degrees": Story("bust", part(turning, 120), "ggn"),
