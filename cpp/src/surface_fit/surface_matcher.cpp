@@ -353,7 +353,12 @@ std::vector<double> SurfaceMatcher::usual_distances(std::span<const SurfaceRow> 
     };
     add(c);
     for (const Index other : clusters_.neighbours[c]) add(at(other));
-    if (around.empty()) return;
+    // Where most are so small, the median is not needed.
+    const auto is_small = [&](double distance) {
+      return constants_.usual_distances * distance <= constants_.resolution;
+    };
+    const bool are_small = 2 * std::ranges::count_if(around, is_small) > std::ssize(around);
+    if (around.empty() || are_small) return;
     usual[c] = std::clamp(constants_.usual_distances * median(around), constants_.resolution,
                           constants_.largest_scale);
   };
