@@ -105,9 +105,9 @@ Prediction predict(const Memory& memory, const ShapeModel& model,
     const auto rows = matcher.match(x, prediction.visibility, options, points);
     return matcher.distance_of(constants.far_share, rows);
   };
-  const double distance_of_last = distance_from(memory.last);
   constexpr double far = 1;  // in mean edges, as of points
-  const bool stays = distance_from(led_to) > distance_of_last + far;
+  const double distance = distance_from(led_to);
+  const bool stays = distance > far && distance > distance_from(memory.last) + far;
   prediction.x = stays ? memory.last : led_to;
   if (model.topology.report.components > 1 && points.scan->size() > 0) {
     predict_components(memory, led_to, model, constants, ties, *points.scan, prediction);
