@@ -14,6 +14,7 @@
 #include "quality/limits.hpp"
 #include "quality/measure.hpp"
 #include "registration/part_starts.hpp"
+#include "registration/pose_quality.hpp"
 #include "registration/rigid_starts.hpp"
 #include "surface_fit/cloth.hpp"
 
@@ -30,65 +31,6 @@ double mean_distance(Field x, Field y) {
   double sum = 0;
   for (std::size_t v = 0; v < x.size(); ++v) sum += std::sqrt(squared_norm(x[v] - y[v]));
   return sum / static_cast<double>(x.size());
-}
-
-/// (k,) 1 for vertices at edges that have a single face.
-std::vector<std::uint8_t> find_border(std::span<const Triangle> faces, std::size_t k) {
-  std::vector<std::pair<Index, Index>> edges;
-  for (const Triangle& face : faces) {
-    for (std::size_t s = 0; s < 3; ++s) {
-      edges.push_back(std::minmax({face[s], face[(s + 1) % 3]}));
-    }
-  }
-  std::ranges::sort(edges);
-  std::vector<std::uint8_t> is_border(k);
-  for (std::size_t i = 0; i < edges.size(); ++i) {
-    const bool has_twin =
-        (i > 0 && edges[i - 1] == edges[i]) || (i + 1 < edges.size() && edges[i + 1] == edges[i]);
-    if (!has_twin) is_border[at(edges[i].first)] = is_border[at(edges[i].second)] = 1;
-  }
-  return is_border;
-}
-
-/// Of the points beside a surface, on its side and within its outline, the share that is farther
-/// from it than their noise. Where they are noisy, they are beside it within two mean edges, since
-/// points of no surface scatter as noise does, but as far from it as near to it.
-double unexplained_beside(const MatchedPoints& points, std::span<const std::uint8_t> is_border,
-                          double noise) {
-  const bool is_noisy = noise > quality_limits.unexplained_edges * points.mean_edge;
-  const double beside = is_noisy ? 2 * points.mean_edge : points.mean_edge;
-  std::vector<double> distances;
-  for (std::size_t i = 0; i < points.places.size(); ++i) {
-    const Place& place = points.places[i];
-    bool is_within = points.agrees[i] != 0 && place.squared <= beside * beside;
-    for (std::size_t s = 0; s < 3 && is_within;
-         ++s) {  // what lies beyond is nearest to the outline
-      is_within = place.shares[s] > 0 || is_border[place.corners[(s + 1) % 3]] == 0 ||
-                  is_border[place.corners[(s + 2) % 3]] == 0;
-    }
-    if (is_within) distances.push_back(std::sqrt(place.squared) / points.mean_edge);
-  }
-  if (distances.empty()) return 1;
-  const double limit = std::clamp(quality_limits.unexplained_medians * quantile(distances, 0.5),
-                                  quality_limits.unexplained_edges, 1.0);
-  const auto n = std::ranges::count_if(distances, [&](double d) { return d > limit; });
-  return static_cast<double>(n) / static_cast<double>(distances.size());
-}
-
-/// Whether a template lies where a scan shows it. What else was scanned says nothing.
-Quality judged_pose(const Fit& fit, const Measure& measure) {
-  constexpr const RegistrationConstants& limits = registration_constants;
-  const double contradicted = fit.evidence.contradicted();
-  if (fit.missing() > limits.ruined_missing || contradicted > limits.ruined_contradicted ||
-      fit.stretch > quality_limits.ruined_stretch) {
-    return Quality::ruined;
-  }
-  const double missing = 1 - fit.evidence.explained;
-  const double doubt = missing + contradicted + measure.unexplained + fit.stretch;
-  const bool is_good = doubt <= limits.doubt && missing <= limits.missing &&
-                       measure.hole <= limits.hole && measure.overlap <= limits.overlap &&
-                       measure.cause() != Cause::unseen;
-  return is_good ? Quality::good : Quality::doubtful;
 }
 
 }  // namespace
@@ -445,7 +387,7 @@ void PoseSearch::judge(const Wanted& wanted, const FittedSurface& found, Pose& p
   pose.measure.unexplained =
       unexplained_beside(found.points, is_border_, pose.fit.evidence.points.noise);
   pose.measure.overlap = overlap_of(surface);
-  pose.measure.quality = judged_pose(pose.fit, pose.measure);
+  pose.measure.quality = quality_of_pose(pose.fit, pose.measure);
   const double limit = constants_.misplaced_landmark * size;
   for (std::size_t i = 0; i < wanted.checked.vertices.size(); ++i) {
     const auto arm = pose.x[at(wanted.checked.vertices[i])] - wanted.checked.positions[i];

@@ -2,13 +2,12 @@
 #pragma once
 
 #include <Eigen/Geometry>
-#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <dynmesh/quality.hpp>
 #include <dynmesh/registration.hpp>
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -16,9 +15,9 @@
 
 #include "base/training_frames.hpp"
 #include "base/workers.hpp"
-#include "quality/evidence.hpp"
 #include "registration/candidates.hpp"
 #include "registration/constants.hpp"
+#include "registration/pose_quality.hpp"
 #include "surface_fit/coarse_surface.hpp"
 #include "surface_fit/point_scan.hpp"
 #include "surface_fit/surface_errors.hpp"
@@ -31,23 +30,6 @@ struct Template {
   std::vector<Triangle> faces;
   std::vector<Vector3> frame;
   TrainingFrames training;
-};
-
-/// How a mesh lies in a scan, of which it may be a part.
-struct Fit {
-  Evidence evidence = {};
-  /// The share of what sensors should see that they may miss, where they see it flatly.
-  double unseen = 0;
-  double left = 1;     ///< the share of the points that are far from the mesh, or face another way
-  double stretch = 0;  ///< by which share of their length edges have changed, on average
-
-  /// The share that one has nothing of the other in common with. Of a part and a whole, all of the
-  /// part lies on the whole.
-  [[nodiscard]] double missing() const {
-    return std::min(std::max(1 - evidence.explained - unseen, 0.0), left);
-  }
-  /// The least of several tells the right pose.
-  [[nodiscard]] double misfit() const { return missing() + evidence.contradicted() + stretch; }
 };
 
 /// A template that was bent into a scan.
