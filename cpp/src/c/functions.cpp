@@ -1,33 +1,25 @@
-/// The C interface: objects behind opaque handles, the conversion of arguments to those of the C++
-/// interface and of reports to C, and how a function fails: exceptions become a status and a
-/// message.
+/// The C interface: objects behind opaque handles.
 #include <dynmesh/dynmesh.h>
 
 #include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstring>
 #include <dynmesh/completer.hpp>
 #include <dynmesh/registration.hpp>
 #include <dynmesh/template_mesh.hpp>
 #include <dynmesh/tracker.hpp>
 #include <dynmesh/training.hpp>
 #include <limits>
-#include <new>
-#include <optional>
 #include <span>
-#include <stdexcept>
 #include <string>
-#include <system_error>
 #include <type_traits>
 #include <utility>
 #include <variant>
 #include <vector>
 
 #include "api/one_at_a_time.hpp"
-#include "api/report_fields.hpp"
 #include "api/settings_table.hpp"
 #include "base/checks.hpp"
+#include "c/conversions.hpp"
+#include "c/failures.hpp"
 
 struct dynmesh_completer {
   static constexpr const char* name = "completer";
@@ -49,144 +41,6 @@ struct dynmesh_tracker {
 
 namespace dynmesh {
 namespace {
-
-std::size_t count_of(const char* argument, std::int64_t count) {
-  if (count < 0 || count > std::numeric_limits<Index>::max()) {
-    refuse(argument, "must have 0 to 2147483647 rows, not ", count);
-  }
-  return static_cast<std::size_t>(count);
-}
-
-template <class Real>
-constexpr std::int32_t type_of = sizeof(Real) == 4 ? DYNMESH_FLOAT32 : DYNMESH_FLOAT64;
-
-/// Converts a view, whose type must be that of `reference`. `View` is dynmesh_points for `const
-/// Real` and dynmesh_output for `Real`.
-template <class Real, class View>
-Points<Real> points_of(const char* argument, const View* view,
-                       const char* reference = "the first frame") {
-  check_pointer(argument, view);
-  if (view->type != type_of<Real>) {
-    refuse(argument, "type must be ", type_of<Real>, ", that of ", reference, ", not ", view->type);
-  }
-  if (reinterpret_cast<std::uintptr_t>(view->data) % alignof(Real) != 0) {
-    refuse(argument, "is not aligned to ", alignof(Real), " bytes");
-  }
-  // A stride of 0 means packed, as in OpenGL.
-  const std::int64_t per_column = view->column_stride == 0 ? 1 : view->column_stride;
-  if (view->row_stride == 0 && per_column != 1) {
-    refuse(argument, "row_stride is 0, which means packed, but column_stride is ", per_column,
-           ", not 1 or 0");
-  }
-  const std::int64_t per_row = view->row_stride == 0 ? 3 : view->row_stride;
-  return {static_cast<Real*>(view->data), count_of(argument, view->count),
-          static_cast<std::ptrdiff_t>(per_row), static_cast<std::ptrdiff_t>(per_column)};
-}
-
-/// Calls `call` with a zero of the type. `argument` is the name of what has it.
-template <class Call>
-void with_type(const std::string& argument, std::int32_t type, const Call& call) {
-  if (type == DYNMESH_FLOAT32) {
-    call(float{});
-  } else if (type == DYNMESH_FLOAT64) {
-    call(double{});
-  } else {
-    refuse(argument, "must be DYNMESH_FLOAT32 (32) or DYNMESH_FLOAT64 (64), not ", type);
-  }
-}
-
-Faces faces_of(const std::int32_t* faces, std::int64_t n_faces) {
-  return {faces, count_of("faces", n_faces)};
-}
-
-KnownMask mask_of(const dynmesh_mask& mask) {
-  const std::int64_t stride = mask.stride == 0 ? 1 : mask.stride;
-  return {mask.data, count_of("known", mask.count), static_cast<std::ptrdiff_t>(stride)};
-}
-
-/// A report in C, without the structures in it.
-template <class InC, class Report>
-InC to_c(const Report& report) {
-  InC converted = {};
-  for_each_field<InC>(report, [&](const char*, const auto& value, auto... member) {
-    [[maybe_unused]] const auto assign = [&](auto to) {
-      if constexpr (requires { converted.*to; }) {
-        auto& field = converted.*to;
-        if constexpr (std::is_array_v<std::remove_reference_t<decltype(field)>>) {
-          std::ranges::copy(value, field);
-        } else {
-          field = static_cast<std::remove_reference_t<decltype(field)>>(value);
-        }
-      }
-    };
-    (assign(member), ...);
-  });
-  return converted;
-}
-
-std::vector<DepthImage> images_of(const dynmesh_depth_image* images, std::int64_t n_images) {
-  const std::size_t count = count_of("images", n_images);
-  check_pointer("images", images, count);
-  std::vector<DepthImage> converted;
-  for (const dynmesh_depth_image& given : std::span(images, count)) {
-    const auto side = [&](const char* name, std::int64_t value) {
-      if (value >= 0) return static_cast<std::size_t>(value);
-      refuse("images", "image ", converted.size(), " cannot have a ", name, " of ", value);
-    };
-    const bool is_packed = given.row_stride == 0;
-    const bool is_dense = is_packed || given.column_stride == 0;
-    DepthImage image;
-    image.data = given.data;
-    image.height = side("height", given.height);
-    image.width = side("width", given.width);
-    image.row_stride = static_cast<std::ptrdiff_t>(is_packed ? given.width : given.row_stride);
-    image.column_stride = static_cast<std::ptrdiff_t>(is_dense ? 1 : given.column_stride);
-    std::ranges::copy(given.intrinsics, image.intrinsics.begin());
-    std::ranges::copy(given.pose, image.pose.begin());
-    image.colours = given.colours;
-    converted.push_back(image);
-  }
-  return converted;
-}
-
-/// It is of fixed size, since reporting that memory is exhausted must not allocate any.
-// NOLINTNEXTLINE(cppcoreguidelines-avoid-non-const-global-variables)
-thread_local std::array<char, 1024> last_message{};
-
-/// Stores `message`, truncated to the available space after a whole character of UTF-8, as the last
-/// message of this thread. Returns `status`.
-dynmesh_status fail(dynmesh_status status, const char* message) noexcept {
-  std::size_t size = std::strlen(message);
-  if (size >= last_message.size()) {
-    size = last_message.size() - 1;
-    for (int back = 0; back < 3 && (message[size] & 0xC0) == 0x80; ++back) --size;
-  }
-  std::memmove(last_message.data(), message, size);
-  last_message[size] = '\0';
-  return status;
-}
-
-template <class Call>
-dynmesh_status guarded(const Call& call) noexcept {
-  try {
-    call();
-    return DYNMESH_OK;
-  } catch (const std::invalid_argument& error) {
-    return fail(DYNMESH_INVALID_ARGUMENT, error.what());
-  } catch (const std::bad_alloc&) {
-    return fail(DYNMESH_OUT_OF_MEMORY, "out of memory");
-  } catch (const InUse& error) {
-    return fail(DYNMESH_IN_USE, error.what());
-  } catch (const UnreadableFile& error) {
-    return fail(DYNMESH_UNREADABLE_FILE, error.what());
-  } catch (const std::system_error& error) {  // a thread could not be started
-    return fail(DYNMESH_OUT_OF_MEMORY, error.what());
-  } catch (const std::exception& error) {
-    return fail(DYNMESH_INTERNAL_ERROR, error.what());
-  } catch (...) {
-    return fail(DYNMESH_INTERNAL_ERROR, "an unknown exception");
-  }
-}
 
 /// Calls `call` with the object in `handle`, of float or of double, for what any thread may do at
 /// any time.
@@ -223,50 +77,7 @@ void with_training(const char* argument, const dynmesh_points* positions,
   });
 }
 
-/// In C, an enumeration or a truth value is an int32, and NaN is none.
-template <class Value, class Given>
-Value setting_from_c(const char* name, Given given) {
-  if constexpr (std::is_same_v<Value, std::optional<double>>) {
-    return std::isnan(given) ? std::nullopt : Value(given);
-  } else if constexpr (std::is_same_v<Value, bool>) {
-    return given != 0;
-  } else if constexpr (std::is_enum_v<Value>) {
-    const auto names = names_of<Value>();
-    if (given >= 0 && static_cast<std::size_t>(given) < names.size()) {
-      return static_cast<Value>(given);
-    }
-    std::string listed;
-    for (std::size_t i = 0; i < names.size(); ++i) {
-      listed += joined(i == 0 ? "" : " or ", i, " (", names[i], ")");
-    }
-    refuse(name, "must be ", listed, ", not ", given);
-  } else {
-    return given;
-  }
-}
-
-/// Later versions may support several sizes, with default values for the fields that smaller ones
-/// lack.
-void check_settings_size(const char* argument, std::int64_t size) {
-  constexpr auto known = static_cast<std::int64_t>(sizeof(dynmesh_settings));
-  if (size == known) return;
-  refuse(argument, "is ", size, ", but this version of dynmesh expects settings of ", known,
-         " bytes; call dynmesh_default_settings first");
-}
-
-/// Null means the defaults.
-Settings settings_of(const dynmesh_settings* chosen) {
-  Settings settings;
-  if (chosen == nullptr) return settings;
-  const dynmesh_settings& given = *chosen;
-  check_settings_size("settings.size", given.size);
-  for_each_setting<Settings, dynmesh_settings>(
-      [&]<class Value>(const Setting& setting, Value Settings::*member, auto member_in_c) {
-        settings.*member = setting_from_c<Value>(setting.name, given.*member_in_c);
-      });
-  return settings;
-}
-
+using dynmesh::settings_of;
 TrackerSettings settings_of(const TrackerSettings& settings) { return settings; }
 
 /// Creates a completer or a tracker, with training unless that is null.
@@ -286,15 +97,6 @@ dynmesh_status create(const std::int32_t* faces, std::int64_t n_faces,
                                                      : Object<Real>(mesh, frame, chosen, *frames)};
                   });
   });
-}
-
-dynmesh_measure measure_of(const Measure& measure) {
-  auto converted = to_c<dynmesh_measure>(measure);
-  converted.agreement = to_c<dynmesh_agreement>(measure.agreement);
-  converted.quality = static_cast<std::int32_t>(measure.quality);
-  const std::string reason = measure.reason();
-  reason.copy(converted.reason, sizeof converted.reason - 1);
-  return converted;
 }
 
 void store(const FrameReport& report, dynmesh_frame_report* where) {
@@ -378,8 +180,6 @@ Registration<Real> registered(const dynmesh_registration_request& request,
 }  // namespace dynmesh
 
 using namespace dynmesh;  // C has no namespaces
-
-const char* dynmesh_last_message() { return last_message.data(); }
 
 const char* dynmesh_version() { return DYNMESH_VERSION; }
 
