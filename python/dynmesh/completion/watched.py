@@ -25,7 +25,9 @@ def _medians_at(edges: Integers, values: Floats, n_vertices: int) -> Floats:
     order = np.lexsort([twice, both])
     counts = np.bincount(both, minlength=n_vertices)
     middle = np.cumsum(counts) - counts + counts // 2
-    return np.where(counts > 0, twice[order][np.minimum(middle, len(order) - 1)], 0.0)
+    has_any, medians = counts > 0, np.zeros(n_vertices)
+    medians[has_any] = twice[order[middle[has_any]]]
+    return medians
 
 
 class Places:

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from commands import dynmesh_command as run
 from hypothesis import given, settings
+from hypothesis import strategies as st
 from meshes import Mesh, join, meshes, sheet
 
 import dynmesh
@@ -208,6 +209,17 @@ def test_a_held_limb_is_found_and_left_out(noise: float) -> None:
     assert taken.report.held == left.report.held > 0
     error, usual = (np.abs(one.vertices - WALKER.vertices[:12]).max() for one in (left, taken))
     assert error < 0.1 * usual
+
+
+@given(few=st.sets(st.integers(0, 143), min_size=3, max_size=8))
+@settings(max_examples=30, deadline=None)
+def test_a_vertex_that_rests_may_be_one_of_few_that_are_known(few: set[int]) -> None:
+    vertices, known = X[:3].copy(), np.ones((3, len(X[0])), np.bool_)
+    vertices[1, min(few)] = vertices[0, min(few)]
+    known[1] = np.isin(np.arange(len(X[0])), list(few))
+    completed = dynmesh.complete(Sequence(vertices, SOUND.faces, known=known))
+    assert np.isfinite(completed.vertices).all()
+    np.testing.assert_array_equal(completed.vertices[known], vertices[known])
 
 
 def test_empty_and_still_sequences_are_diagnosed() -> None:
