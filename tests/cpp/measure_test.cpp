@@ -196,6 +196,22 @@ TEST_CASE("a template that slowly goes wrong does not make it usual that points 
   CHECK(doubtful >= 5);
 }
 
+TEST_CASE("doubtful frames do not make it usual that much of a surface has no points") {
+  for (const double missing : {0.12, 0.28}) {
+    CAPTURE(missing);
+    Before before{.knows_sensors = false};
+    Measure frame{.agreement = {1000, 0, 0, 0.1}};
+    for (int i = 0; i < 5; ++i) add_frame(frame, before.recent);
+    frame.explained = 1 - missing;
+    for (int i = 0; i < 30; ++i) {
+      frame.quality = judged(frame, before);
+      CHECK((i > 0 || frame.quality == Quality::doubtful));
+      add_frame(frame, before.recent);
+    }
+    CHECK((judged(frame, before) == Quality::good) == (missing < 0.2));
+  }
+}
+
 TEST_CASE("a mesh has grown by its median edge, whatever has become of a part of it") {
   const auto mesh = sheet<double>(20);
   const auto before = rows_of(mesh.vertices);

@@ -100,7 +100,10 @@ Measure Recovery::measure(const Memory& memory, const FittedSurface& found,
     const RigidMotion motion = fit_rigid_motion(before, found.x);
     Frame moved;
     for (const Vector3& x : before) moved.push_back(motion.apply(x));
-    const PointScan sample = sample_scan(scan, rigid_start_constants.points);
+    PointScan sample = sample_scan(scan, rigid_start_constants.points);
+    // Both sides of sheets may be measured, so that the signs of normals say nothing.
+    const bool are_sheets = std::ranges::find(is_sheet_, 0) == is_sheet_.end();
+    if (are_sheets) sample.undecided.assign(sample.size(), 1);
     return std::max(bent, gain_of_turning(mesh_.faces, moved, sample));
   };
   made.quality = judged(made, {memory.tracking.recent, !scan.sensors.empty(), from.registration,

@@ -136,9 +136,14 @@ void add_frame(const Measure& measure, RecentFrames& recent) {
     usual.mean += share * (value - usual.mean);
     if (recent.count > 0) usual.deviation += share * (deviation - usual.deviation);
   };
-  add(1 - measure.explained, recent.missing);
-  add(measure.hole, recent.hole);
-  if (measure.quality == Quality::good || recent.count == 0) {
+  const bool tells_all = measure.quality == Quality::good || recent.count == 0;
+  // If doubtful frames told more, it would be usual that a wrong pose has no points.
+  const auto told = [&](double value, double most, const Usual& usual) {
+    return tells_all ? value : std::min(value, std::max(most, usual.mean));
+  };
+  add(told(1 - measure.explained, quality_limits.missing, recent.missing), recent.missing);
+  add(told(measure.hole, quality_limits.start_hole, recent.hole), recent.hole);
+  if (tells_all) {
     add(measure.stretch, recent.stretch);
     add(measure.change, recent.change);
     add(measure.parted, recent.parted);

@@ -408,6 +408,20 @@ def test_frames_are_judged_and_healed(name: str, rng: np.random.Generator) -> No
             assert tracker.report.quality != "good", (n, told, tracker.report)
 
 
+def test_of_sheets_both_sides_may_be_measured(rng: np.random.Generator) -> None:
+    """The story is of cloth whose edges change as far as those of a pose that was lost."""
+    subject = Subject("cloth", 20)
+    trackers = [dynmesh.Tracker(subject.faces, subject.frames[0]) for _ in range(2)]
+    for truth in subject.frames[::2]:
+        points, normals = measured(subject, truth, rng).scan
+        found = [
+            (tracker.push(points, side * normals), tracker.report.quality)
+            for tracker, side in zip(trackers, (1, -1), strict=True)
+        ]
+        np.testing.assert_array_equal(found[0][0], found[1][0])
+        assert found[0][1] == found[1][1] == "good"
+
+
 @pytest.mark.parametrize(
     ("axis", "degrees", "lies_there"),
     [
