@@ -254,8 +254,8 @@ def check_same_size(completed: Frames, reference: Frames) -> None:
     sizes = []
     for reader in (completed, reference):
         frame = frame_at(reader, 0)
-        seen = frame.points[frame.observed].astype(np.float64)
-        sizes.append(float(np.linalg.norm(np.ptp(seen, axis=0))) if len(seen) else 0.0)
+        there = frame.points[frame.present].astype(np.float64)
+        sizes.append(float(np.linalg.norm(np.ptp(there, axis=0))) if len(there) else 0.0)
     if min(sizes) == 0:
         return
     ratio = sizes[0] / sizes[1]

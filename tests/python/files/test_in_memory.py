@@ -138,3 +138,18 @@ def test_the_template_of_arrays_is_an_array_of_the_same_faces() -> None:
         np.testing.assert_array_equal(completed.vertices, of_a_slice.vertices)
     with pytest.raises(TypeError, match=r"template: is a Frame.*\[:1\]"):
         dynmesh.complete(PARTIAL, template=TRUTH[0])  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("factor", [1.0, 0.0254, 1000.0])
+def test_sizes_are_those_of_whole_meshes_however_few_vertices_were_observed(factor: float) -> None:
+    truth = dynmesh.synth.walker(3)
+    generation = np.full(truth.vertices.shape[:2], 3, np.int32)
+    generation[:, 100:104] = 0
+    completed = replace(
+        truth, vertices=factor * truth.vertices, generation=generation, age=generation
+    )
+    if factor == 1:
+        assert dynmesh.evaluate(completed, truth).maximum == 0
+    else:
+        with pytest.raises(ValueError, match="times as large as"):
+            dynmesh.evaluate(completed, truth)
