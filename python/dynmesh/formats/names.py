@@ -292,3 +292,12 @@ def names_to_write(path: Path, suffix: str) -> FrameNames:
     elif {"*", "?"} & {*path.name}:  # brackets are ordinary in names of files
         raise InputError(f"a glob can only be read; write to frame_%04d{suffix}")
     return names
+
+
+def check_one_file(path: Path) -> None:
+    """Refuses names of several files for a sequence that is to be written to one."""
+    if FrameNames.of(path).numbered or {"*", "?"} & {*path.name}:
+        raise InputError(
+            f"stands for several files, but one {path.suffix} file holds all frames; leave out the "
+            "number"
+        )

@@ -22,7 +22,7 @@ from ..header import ATTRIBUTES, TEXTURE, Header
 from ..polygons import Faces
 from ..sequence import InMemory, as_sequence
 from .format import STATED, Format, not_written
-from .names import names_to_write
+from .names import check_one_file, names_to_write
 from .output import (
     blaming,
     bytes_of,
@@ -51,6 +51,8 @@ class Place:
         if format.is_per_frame:
             self._names = names_to_write(path, format.suffixes[0])
             self.made = self._names.folder / self._names.pattern
+        else:
+            check_one_file(path)
 
     def existing(self) -> list[Path]:
         """The files that exist of those that may be replaced or removed."""

@@ -259,6 +259,9 @@ def test_a_failed_write_leaves_nothing(tmp_path: Path, mesh: Mesh) -> None:
         ("body.ply", r"one file holds one frame, not 3: write body_%04d\.ply"),
         ("shot2.0101.ply", r"write shot2\.%04d\.ply"),
         ("a*.ply", r"a glob can only be read; write to frame_%04d\.ply"),
+        ("a%d.npz", r"a%d\.npz: stands for several files, but one \.npz file holds all frames"),
+        ("a.####.npz", "stands for several files"),
+        ("a?.npy", "stands for several files"),
     ):
         with pytest.raises(ValueError, match=message):
             dynmesh.write(tmp_path / path, sequence)
