@@ -7,7 +7,7 @@ unless that fits.
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
@@ -74,12 +74,11 @@ def placed_in(
     landmarks: Landmarks | None,
     threads: int,
 ) -> Placed:
-    """Finds the template in the first scan with points, and the room around it."""
+    """Finds the template in the first scan with an extent, and the room around it."""
     template, faces = template_of(mesh), mesh.faces
-    with_points = (scan for scan in scans.frames() if scan is not None and scan.has_points)
-    scan = next(with_points, None)
+    scan = next(filter(_has_extent, scans.frames()), None)
     if scan is None:
-        raise InputError("no frame has points", file=scans.path)
+        raise InputError("no frame has several points", file=scans.path)
     scan = scan.scaled(units.factor)
     with locating(file=scans.path):
         scan = room.enter(scan, faces, template)
@@ -109,7 +108,10 @@ def placed_in(
             start = moved.astype(template.dtype)
         with locating(file=scans.path):
             tracked = _tracked_from(start, faces, scan, threads)
-    fits = tracked is not None and (tracked.quality == "good" or tracked.cause == "unseen")
+    inwards = inside_out(scan)
+    fits = tracked is not None and (
+        tracked.quality == "good" or (tracked.cause == "unseen" and not inwards)
+    )
     if landmarks is None and result.lies_in_scan and fits:
         return placed(template)
     if landmarks is not None:
@@ -117,6 +119,8 @@ def placed_in(
     with locating(file=mesh.path):
         registered = register(faces, template, scan, landmarks=landmarks, threads=threads)
     doubt = registered.reason
+    if doubt and inwards and inwards == contents(scan, template, faces, room):
+        raise InputError(inwards, file=scans.path)
     if not doubt and tracked is not None and tracked.cause == "size":
         doubt = tracked.reason  # the registration has made it larger or smaller
     elif (
@@ -134,6 +138,11 @@ def placed_in(
         fault = f"{away}, {result.after:.3g} after the best rigid motion: {doubt}"
         raise InputError(told(fault), file=mesh.path)
     return placed(registered.vertices, registration=registered, doubt=_registered(doubt))
+
+
+def _has_extent(scan: Scan | None) -> TypeGuard[Scan]:
+    """Whether a scan tells where something is and how large: points that are not all one."""
+    return scan is not None and scan.has_points and bool(np.ptp(scan.cloud, axis=0).any())
 
 
 def _registered(doubt: str) -> str:

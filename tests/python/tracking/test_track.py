@@ -157,6 +157,26 @@ def test_lost_and_empty_scans_are_carried_on(folder: Path, tmp_path: Path) -> No
     assert "doubtful: hardly anything was measured of most frames" in told
 
 
+def test_a_template_is_sought_in_the_first_scan_with_an_extent(folder: Path) -> None:
+    """A single point, also if it is measured twice, does not tell where a mesh is."""
+    scans = [(s.points, s.normals) for s in opened(folder / "points")]
+    dot = np.repeat(scans[0][0][:1], 2, axis=0)
+    away = replace(TRUTH[:1], vertices=TRUTH.vertices[:1] + 7)
+    result = dynmesh.track([dot[:1], dot, None, *scans], template=away)
+    assert (result.report.quality, result.report.empty) == ("good", 1)
+    assert error(result[3:], TRUTH).max() < 1
+
+
+def test_scans_whose_normals_point_inwards_are_refused() -> None:
+    """Such points belong to no vertex, and so contradict none in a first frame."""
+    body = TRUTH[:2]
+    scans = [*dynmesh.losses.scan_points(body.vertices, body.faces, points=2000)]
+    turned = [(scan.points, -np.asarray(scan.normals)) for scan in scans]
+    with pytest.raises(ValueError, match=r"the normals of the scan point inwards; turn them"):
+        dynmesh.track(turned, template=body[:1])
+    assert dynmesh.track(scans, template=body[:1]).report.quality == "good"
+
+
 def test_landmarks_count_where_the_template_lies_in_the_scan(folder: Path, tmp_path: Path) -> None:
     marks = [{"vertex": v, "position": TRUTH.vertices[0, v].tolist()} for v in (0, 100, 200)]
     (tmp_path / "marks.json").write_text(json.dumps(marks))

@@ -303,7 +303,7 @@ _of_scans = [
     _scans("dropped", "an image is missing", "dropped:", "'right'", "frame 1", rig="rig_two.json"),
     _scans("kinds", "scans of two kinds", "kinds:", ".ply and .xyz"),
     _tracked("scans that are not there", _track("nowhere"), OSError, "No such file", "nowhere"),
-    _tracked("no scan has points", _track("blank"), ValueError, "blank:", "no frame has points"),
+    _tracked("no scan has points", _track("blank"), ValueError, "blank:", "no frame has several points"),
     _tracked("the template is elsewhere", _track("far"), ValueError, "template.npz:", "mean edges", "e+03 times as large"),
     _tracked("the template has another shape", _track("line"), ValueError, "template.npz:", "rigid motion"),
     _tracked("a unit of the scans alone", _track("cloud", scan_unit="mm"), ValueError, "template.npz:", "states no unit"),
