@@ -84,15 +84,17 @@ class Place:
         is_read = fnmatchcase(name, pattern.name) and pattern.name != name
         read = {one for one in (frames.path, *frames.files) if one.is_dir()}
         read |= {pattern.parent} if is_read else set()
-        of_files = {file.parent for file in frames.files if file.suffix.lower() == suffix}
+        # A folder that holds frames in two formats could not be read any more.
+        alike = {one.parent for one in frames.files if one.suffix.lower() == suffix}
+        alike |= read if self._format.is_per_frame else set()
         if (
             beside.is_dir()
             and identity(beside) in map(identity, read)
-            and identity(beside) in map(identity, filter(Path.is_dir, of_files))
+            and identity(beside) in map(identity, filter(Path.is_dir, alike))
             and not set(self.existing()) & set(frames.files)
         ):
             raise InputError(
-                "is in the folder of the input, whose files would then be frames of the same "
+                "is in the folder of the input, whose files would then not be those of one "
                 "sequence; write to another folder",
                 file=self._path,
             )

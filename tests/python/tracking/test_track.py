@@ -102,14 +102,19 @@ def test_what_is_beside_the_frames_is_written_with_them_or_not_at_all(
     assert beside.read_text() != "of another program"
 
 
-def test_tracked_frames_never_come_among_the_scans(folder: Path, tmp_path: Path) -> None:
-    (tmp_path / "linked").symlink_to(folder / "points")
-    before = sorted((folder / "points").iterdir())
-    tracked = dynmesh.track(folder / "points", template=folder / "body.obj")
-    for output in (folder / "points", tmp_path / "linked"):
-        with pytest.raises(ValueError, match="is in the folder of the input"):
-            tracked.write(output / "tracked_%d.ply")
-    assert sorted((folder / "points").iterdir()) == before
+@pytest.mark.parametrize("scans", ["points", "depth"])
+def test_tracked_frames_never_come_among_the_scans(
+    scans: str, folder: Path, tmp_path: Path
+) -> None:
+    """Frames in another format would make a folder of scans unreadable."""
+    (tmp_path / "linked").symlink_to(folder / scans)
+    before = sorted((folder / scans).iterdir())
+    tracked = dynmesh.track(folder / scans, template=folder / "body.obj")
+    for output in (folder / scans, tmp_path / "linked"):
+        for name in ("tracked_%d.ply", "tracked_%d.obj", ""):
+            with pytest.raises(ValueError, match="is in the folder of the input|write to a folder"):
+                tracked.write(output / name, format=None if name else "ply")
+    assert sorted((folder / scans).iterdir()) == before
 
 
 def test_a_mesh_that_is_lost_is_registered_anew(tmp_path: Path) -> None:
