@@ -161,9 +161,9 @@ class Tracker(Stream):
     Bad input raises ValueError, or TypeError for a wrong type, with a message that says what is
     wrong, where, and with which value. The tracker is then unchanged.
 
-    The first scan must be where the template is, and is refused if it is not;
-    :func:`find_alignment` and :func:`register` put it there. Later scans that are far away, or
-    empty, count as frames in which nothing was observed, as does `skip`: the template stays.
+    The first scan with points must be where the template is, and is refused if it is not;
+    :func:`find_alignment` and :func:`register` put it there. Later scans that are far away, and
+    empty ones, count as frames in which nothing was observed, as does `skip`: the template stays.
 
     It may be used by one thread at a time, pickled and copied, as a Completer.
 

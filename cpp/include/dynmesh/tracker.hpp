@@ -95,9 +95,9 @@ struct TrackingReport : FrameReport {
 /// and with which value: a coordinate that is not finite or beyond 1e18 for float or 1e200 for
 /// double; a wrong number of rows; a null pointer; a stride of 0; intrinsics that are singular, a
 /// pose that is not rigid, a negative depth, colours of some images only. The first scan after
-/// construction or `reset` must be where the template is: if most of its points are elsewhere, it
-/// is refused with the distance; `register_template` tells where it is. Later scans that are far
-/// away, or empty, count as frames in which nothing was observed. No points at all are allowed.
+/// construction or `reset` that is not empty must be where the template is: if most of its points
+/// are elsewhere, it is refused with the distance; `register_template` tells where it is. Later
+/// scans that are far away, and empty ones, count as frames in which nothing was observed.
 ///
 /// If a call throws any exception, the tracker stays as it was before the call and nothing is
 /// written to `tracked`. FrameStream says what threads may do. A state of a completer is refused.

@@ -32,6 +32,11 @@ void describe_quality(TrackingReport& report) {
   report.measure.reason().copy(report.reason.data(), report.reason.size() - 1);
 }
 
+/// Whether no vertex was seen since frame 0, as of a sequence that begins with empty scans.
+bool is_unseen(const Memory& memory) {
+  return static_cast<std::size_t>(std::ranges::min(memory.age)) == memory.n_frames;
+}
+
 /// Refuses a first scan that lies elsewhere than the template. Later ones may show that
 /// the subject has left.
 void check_first_scan(const PointScan& scan, const FittedSurface& found, Field last,
@@ -88,7 +93,7 @@ struct Tracking {
   TrackingReport track(const Memory& memory, const PointScan& measurement, Memory& next,
                        std::vector<Agreement>& sensor_agreements) {
     FittedSurface found = surface.fit(memory, measurement, next);
-    if (memory.n_frames == 0) check_first_scan(measurement, found, memory.last, surface.whole());
+    if (is_unseen(memory)) check_first_scan(measurement, found, memory.last, surface.whole());
     TrackingReport report;
     report.measure = recovery.measure(memory, found);
     std::optional<Recovery::Sought> sought;

@@ -113,9 +113,14 @@ def test_where_nothing_was_measured_the_template_stays() -> None:
     assert tracker.age[0] == 0
 
 
-def test_a_first_scan_elsewhere_is_refused_and_later_ones_are_not() -> None:
+@pytest.mark.parametrize("n_empty", [0, 2])
+def test_a_first_scan_elsewhere_is_refused_and_later_ones_are_not(n_empty: int) -> None:
+    """The first one is that in which something is seen."""
     mesh = bumpy_torus(24)
     tracker = Tracker(mesh.faces, mesh.vertices)
+    for _ in range(n_empty):
+        tracker.push(np.zeros((0, 3)))
+        tracker.skip()
     before = tracker.state()
     points, normals = torus_scan(mesh, mesh.vertices)
     for wrong in (np.add(points, [30, 2, 1]), 1000 * points):
