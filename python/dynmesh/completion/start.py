@@ -100,9 +100,10 @@ class StartFrame:
             return
         k, known = len(self.points), int(np.count_nonzero(self.made.known))
         others = int(np.count_nonzero(self.made.seen)) - known
+        told = f"; {others} were put together from other frames" if others else ""
         yield (
             f"completion started from frame {number}, which knows {known} of "
-            f"{counted(k, 'vertex')}; {others} were put together from other frames"
+            f"{counted(k, 'vertex')}{told}"
         )
 
 

@@ -118,7 +118,8 @@ def indices_of(
     first, last = np.searchsorted(numbers, (begin, stop)).tolist()
     if not (numbers[0] <= begin < stop <= end and first < last):
         raise InputError(
-            f"must be some of {numbers[0]:.15g}:{end:.15g}, by their numbers, not {begin}:{stop}",
+            f"must be some of {numbers[0]:.15g}:{end:.15g}, by their numbers, not {begin:.15g}:"
+            f"{stop:.15g}",
             argument=argument,
         )
     return range(first, last, frames.step or 1)
