@@ -112,7 +112,9 @@ def test_tracked_frames_never_come_among_the_scans(
     tracked = dynmesh.track(folder / scans, template=folder / "body.obj")
     for output in (folder / scans, tmp_path / "linked"):
         for name in ("tracked_%d.ply", "tracked_%d.obj", ""):
-            with pytest.raises(ValueError, match="is in the folder of the input|write to a folder"):
+            with pytest.raises(
+                ValueError, match=r"is in the folder of the input|write to a folder"
+            ):
                 tracked.write(output / name, format=None if name else "ply")
     assert sorted((folder / scans).iterdir()) == before
 
