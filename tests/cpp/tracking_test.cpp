@@ -171,6 +171,12 @@ Mesh<double> flat_sheet(int n) {
   return mesh;
 }
 
+std::vector<Material> materials_of(const Mesh<double>& mesh, const Topology& topology) {
+  const auto frame = rows_of(mesh.vertices);
+  const auto clusters = cluster_vertices(topology.cells, frame);
+  return find_materials(triangles_of(mesh), topology, clusters, frame, {});
+}
+
 TEST_CASE("sheets that are free to slide are cloth, components one by one") {
   const auto sheet = flat_sheet(12);
   auto hill = flat_sheet(16);  // its shape holds it
@@ -182,9 +188,30 @@ TEST_CASE("sheets that are free to slide are cloth, components one by one") {
   }
   const auto all = join(join(sheet, bumpy_torus(16)), hill);
   const auto topology = build_topology(all.faces(), all.size());
-  const auto materials = find_materials(triangles_of(all), topology, rows_of(all.vertices), {});
+  const auto materials = materials_of(all, topology);
   CHECK(std::ranges::count(materials, true, &Material::slides) == 1);
   CHECK(materials[0].slides);
+}
+
+TEST_CASE("a sheet with wrinkles is cloth on meshes of any resolution") {
+  const auto wrinkle = [](double x, double y) {
+    return 1.2 * std::sin(2.5 * x) * std::sin(2.9 * y);
+  };
+  for (const int times : {1, 2, 6}) {
+    auto mesh = flat_sheet(23 * times + 1);
+    for (std::size_t v = 0; v < mesh.vertices.size(); v += 3) {
+      const double x = (mesh.vertices[v] /= times);
+      const double y = (mesh.vertices[v + 1] /= times);
+      const double left = std::floor(x);
+      const double low = std::floor(y);
+      mesh.vertices[v + 2] = std::lerp(
+          std::lerp(wrinkle(left, low), wrinkle(left + 1, low), x - left),
+          std::lerp(wrinkle(left, low + 1), wrinkle(left + 1, low + 1), x - left), y - low);
+    }
+    const auto topology = build_topology(mesh.faces(), mesh.size());
+    CAPTURE(times);
+    CHECK(materials_of(mesh, topology)[0].slides);
+  }
 }
 
 /// The energy of the membrane with mu = 1, as its equation says.

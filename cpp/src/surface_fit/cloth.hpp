@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "mesh/clusters.hpp"
 #include "surface_fit/constants.hpp"
 #include "surface_fit/surface_places.hpp"
 #include "surface_fit/surface_rows.hpp"
@@ -34,7 +35,8 @@ struct Material {
 
 /// (components,) from the shape of frame 0.
 std::vector<Material> find_materials(std::span<const Triangle> faces, const Topology& topology,
-                                     Field first_frame, const TrackingConstants& constants);
+                                     const Clusters& clusters, Field first_frame,
+                                     const TrackingConstants& constants);
 
 /// A surface slides along itself without leaving the planes of its points. Only its boundary shows
 /// by how much: it must lie where the points end.

@@ -34,6 +34,9 @@ struct TrackingConstants {
   /// the last two lead to, and how components move rigidly.
   int final_iterations = 2;
   std::size_t points_of_vertex = 3;
+  /// A gap between the points at the boundary of cloth draws it inwards, and it slides, so that it
+  /// needs more of them.
+  std::size_t points_of_cloth = 6;
   std::size_t rigid_points = 1000;
   /// The largest number of points; others are left out.
   std::size_t most_points = std::numeric_limits<std::size_t>::max();
@@ -156,8 +159,10 @@ struct TrackingConstants {
   int frames_between_recoveries = 10;
 
   /// A sheet is cloth if its own planes notice one of its rigid motions by less than this share of
-  /// the mean squared displacement. Cloth has up to 0.02, a face 0.07.
+  /// the mean squared displacement: cloth has up to 0.02, a face 0.07. The planes are those of
+  /// pieces, smoothed over this share of the extent of the sheet.
   double largest_slippage = 0.04;
+  double smoothed_share = 0.1;
   /// Colours that vary, over this length, by as much as they are usually off weigh as much as the
   /// plane of their point, and others less, down to a share that is not worth a row. One that is
   /// off by so many times what is usual, or whose place would be so far, counts a quarter. Those of

@@ -27,8 +27,9 @@ SurfaceLevel::SurfaceLevel(std::vector<Triangle> faces, const Topology& topology
       constants_(constants),
       faces_(std::move(faces)),
       model_(topology, faces_, first_frame, training, epsilon, workers),
-      materials_(materials.empty() ? find_materials(faces_, topology, first_frame, constants_)
-                                   : std::move(materials)),
+      materials_(materials.empty()
+                     ? find_materials(faces_, topology, model_.clusters(), first_frame, constants_)
+                     : std::move(materials)),
       step_(model_, faces_, workers, constants_, materials_),
       matcher_(faces_, topology, workers, constants_, first_frame, model_.mean_edge, materials_,
                model_.clusters()),
