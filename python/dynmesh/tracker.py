@@ -178,10 +178,10 @@ class Tracker(Stream):
             ten, by a registration, which takes as long as `dynmesh.register`. `report.recovered`
             says whether it was found. A frame in which it stays lost is as without `recover`.
         resolution: on how many vertices of the template the iterations of a frame run. "best": on
-            at most 2 500, half of them, and then on all. A number, at least 1: on so
-            many, from which the others follow by their shape, which is faster, with larger errors;
-            docs/reference/tracking.md has figures. A template that has no more vertices is tracked
-            on all of them.
+            at most 2 500, half of them, and as many of cloth, and then on all. A number, at
+            least 1: on so many, from which the others follow by their shape, which is faster, with
+            larger errors; docs/reference/tracking.md has figures. A template that has no more
+            vertices is tracked on all of them.
         threads: the number of threads that may work on a frame, from 1 to 256. More than one helps
             from about 2 000 vertices or points on. Results are identical for any number of threads.
         training: None, or complete frames of the same mesh, as Completer takes them, from which the

@@ -29,9 +29,9 @@ struct TrackerSettings {
   /// without this.
   bool recover = false;
   /// On how many vertices of the template the iterations of a frame run. 0: "best", on at most
-  /// 2 500, half of them, and then on all. Any other number: "live", on so many, from which
-  /// the others follow by their shape, which is about twice as fast, with larger errors. A template
-  /// that has no more vertices is tracked on all of them.
+  /// 2 500, half of them, and as many of cloth, and then on all. Any other number: "live", on so
+  /// many, from which the others follow by their shape, which is about twice as fast, with larger
+  /// errors. A template that has no more vertices is tracked on all of them.
   Index resolution = 0;
 };
 

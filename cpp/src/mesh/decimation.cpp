@@ -51,22 +51,28 @@ class Decimation {
     for (const Triangle& face : faces_) add_planes(face);
   }
 
-  DecimatedMesh run(std::size_t most_vertices, std::size_t fewest) {
-    std::size_t n = x_.size();
+  DecimatedMesh run(const DecimationLimits& limits) {
+    const auto group_of = [&](Index component) {
+      return limits.group_of.empty() ? 0U : limits.group_of[at(component)];
+    };
+    std::vector<std::size_t> n_in_group(limits.most.size());
+    for (const Index component : topology_.component) ++n_in_group[group_of(component)];
     for (Index v = 0; v < std::ssize(x_); ++v) offer(v);
-    while (n > most_vertices && !offers_.empty()) {
+    while (!offers_.empty()) {
       const auto [cost, rank, from, to, changes] = offers_.top();
       offers_.pop();
       if (changes != changes_[at(from)]) continue;
-      std::size_t& left = n_in_component_[at(topology_.component[at(from)])];
-      if (left <= fewest) continue;
+      const Index component = topology_.component[at(from)];
+      std::size_t& left = n_in_component_[at(component)];
+      std::size_t& left_in_group = n_in_group[group_of(component)];
+      if (left <= limits.fewest || left_in_group <= limits.most[group_of(component)]) continue;
       if (!is_possible(from, to)) {  // what is two edges away has changed
         offer(from);
         continue;
       }
       collapse(from, to);
       --left;
-      --n;
+      --left_in_group;
     }
     return result();
   }
@@ -222,8 +228,8 @@ class Decimation {
 }  // namespace
 
 DecimatedMesh decimated(std::span<const Triangle> faces, const Topology& topology, Field frame,
-                        std::size_t most_vertices, std::size_t fewest) {
-  return Decimation(faces, topology, frame).run(most_vertices, fewest);
+                        const DecimationLimits& limits) {
+  return Decimation(faces, topology, frame).run(limits);
 }
 
 }  // namespace dynmesh

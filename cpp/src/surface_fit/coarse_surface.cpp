@@ -72,7 +72,9 @@ double CoarseSurface::ratio() const {
 /// for the whole surface, so that other things in the scan draw no more. Only the scale of far
 /// points shrinks less, as the coarse mesh is what comes from afar.
 TrackingConstants CoarseSurface::constants_of(TrackingConstants constants) const {
-  constants.most_points = constants.points_of_vertex * size();
+  const bool has_cloth = std::ranges::any_of(materials_, &Material::slides);
+  constants.most_points =
+      size() * (has_cloth ? constants.points_of_cloth : constants.points_of_vertex);
   const double length = std::sqrt(ratio());
   constants.last_weight *= length * length * length;
   constants.iterations_per_edge *= length;

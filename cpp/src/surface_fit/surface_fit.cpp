@@ -13,12 +13,25 @@
 namespace dynmesh {
 namespace {
 
-/// The number of vertices of the mesh on which the iterations run.
-std::size_t most_vertices(const TrackingConstants& constants, std::size_t resolution,
-                          std::size_t n_vertices) {
-  if (resolution > 0) return resolution;
-  if (n_vertices <= constants.coarse_vertices) return n_vertices;
-  return std::min(constants.coarse_vertices, n_vertices / constants.share_of_vertices);
+/// The number of vertices of the mesh on which the iterations run: best, at most half of those of
+/// the template. The points do not tell how far cloth slides, but its folds do, so that it has what
+/// other components leave of these, and at least half of its own.
+DecimationLimits limits_of(const TrackingConstants& constants, std::size_t resolution,
+                           const Topology& topology, std::span<const Material> materials) {
+  if (resolution > 0) return {{resolution}, constants.fewest_vertices, {}};
+  const auto part = [&](std::size_t n) { return n / constants.share_of_vertices; };
+  const auto most = [&](std::size_t n, std::size_t left) {
+    if (n <= constants.coarse_vertices) return n;
+    return std::min(constants.coarse_vertices, std::max(part(n), left));
+  };
+  const std::size_t n = topology.component.size();
+  const auto n_cloth = static_cast<std::size_t>(std::ranges::count_if(
+      topology.component, [&](Index component) { return materials[component].slides; }));
+  const std::size_t others = most(n - n_cloth, 0);
+  const std::size_t cloth = most(n_cloth, part(n) - std::min(part(n), others));
+  DecimationLimits limits = {{others, cloth}, constants.fewest_vertices, {}};
+  for (const Material& material : materials) limits.group_of.push_back(material.slides ? 1 : 0);
+  return limits;
 }
 
 /// How many times more than usual points weigh in the next frame. The steps of a subject that rests
@@ -76,10 +89,8 @@ SurfaceFit::SurfaceFit(const std::vector<Triangle>& faces, const Topology& topol
               options.uncertainty),
       is_live_(options.resolution > 0) {
   const TrackingConstants& constants = whole_.constants();
-  // The points do not tell how far cloth slides, so that it needs all iterations itself.
-  const std::size_t most = most_vertices(constants, options.resolution, first_frame.size());
-  if (most >= first_frame.size() || (whole_.any_slides() && !is_live_)) return;
-  auto mesh = decimated(faces, topology, first_frame, most, constants.fewest_vertices);
+  auto mesh = decimated(faces, topology, first_frame,
+                        limits_of(constants, options.resolution, topology, whole_.materials()));
   if (mesh.vertices.size() == first_frame.size()) return;
   coarse_ = std::make_unique<Coarse>(std::move(mesh), whole_, training, options.epsilon, workers);
 }

@@ -132,7 +132,6 @@ class SurfaceLevel {
   /// The memory of a factor of N with the membrane, which nothing has between frames.
   [[nodiscard]] Lender<MaskedFactor>& factors() { return step_.factors(); }
   [[nodiscard]] std::span<const Material> materials() const { return materials_; }
-  [[nodiscard]] bool any_slides() const { return any_slides_; }
   [[nodiscard]] double mean_edge() const { return model_.mean_edge; }
   [[nodiscard]] const TrackingConstants& constants() const { return constants_; }
 

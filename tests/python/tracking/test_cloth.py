@@ -90,11 +90,16 @@ def test_a_bag_that_folds_does_not_shrink_along_itself(rng: np.random.Generator)
         assert np.abs(tracked - truth).max() < edge(mesh)
 
 
-def test_cloth_that_ends_where_the_scan_goes_on_is_not_drawn_outwards() -> None:
-    mesh, large = flat(12), flat(40)
+@pytest.mark.parametrize(("n", "n_around"), [(12, 40), (56, 100)])
+def test_cloth_that_ends_where_the_scan_goes_on_is_not_drawn_outwards(
+    n: int, n_around: int
+) -> None:
+    """Nor is a large one, which is tracked on a coarse mesh first."""
+    mesh, large = flat(n), flat(n_around)
     tracker = Tracker(mesh.faces, mesh.vertices)
     for _ in range(4):
-        tracked = tracker.push(*torus_scan(large, large.vertices, 40_000), viewpoints=ABOVE[None])
+        points, normals = torus_scan(large, large.vertices, 40_000)
+        tracked = tracker.push(points, normals, viewpoints=5 * ABOVE[None])
         assert np.abs(tracked - mesh.vertices).max() < 1e-6
 
 
