@@ -38,6 +38,7 @@ class Run(Frames, Generic[R]):
         files: Sequence[Path] = (),
         origin: Origin | None = None,
         wanted: Sequence[str] = (),
+        measured: Path | None = None,
         close: Callable[[], object] = lambda: None,
     ) -> None:
         """Takes what makes the frames.
@@ -49,12 +50,13 @@ class Run(Frames, Generic[R]):
             files: those that are read beside those of the source.
             origin: the file of their mesh.
             wanted: see :class:`Frames`.
+            measured: what a doubtful result is of, if not of the source.
             close: closes what was opened for the frames.
         """
         self.header, self.path, self.files, self.wanted = header, Path("frames"), files, wanted
         if source is not None:
             self.path, self.files, self.lost = source.path, [*source.files, *files], source.lost
-        self.origin = origin
+        self.origin, self._measured = origin, measured or self.path
         self._make, self._source, self._opened = make, source, close
         self._has_begun, self._report = False, cast(Any, None)
 
@@ -87,7 +89,7 @@ class Run(Frames, Generic[R]):
                 done = replace(done, quality=before.quality, reason=before.reason)
             self._report = done
             if done.reason:
-                warn(f"{self.path}: {done.reason}", DoubtfulWarning)
+                warn(f"{self._measured}: {done.reason}", DoubtfulWarning)
         else:
             frames = chain([further], frames)  # which are too many
         yield last

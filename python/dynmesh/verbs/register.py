@@ -198,6 +198,7 @@ def registered(
             mesh,
             files=[*reader.files, *marked],
             origin=mesh.origin,
+            measured=reader.path,
             close=stack.pop_all().close,
         )
 
@@ -226,8 +227,8 @@ def register(template: OneSequence, scan: PathLike, **options: Any) -> Run[Regis
 @overload
 def register(
     faces: Faces | Mesh,
-    template: Positions | Scan,
-    points: Positions | Scan | None = None,
+    template: Positions | Scan | tuple[Positions, Positions],
+    points: Positions | Scan | tuple[Positions, Positions] | None = None,
     normals: Positions | None = None,
     **options: Any,
 ) -> Registration: ...

@@ -251,6 +251,7 @@ def track(
             files=[path, *reader.files, *learnt.files, *marked],
             origin=mesh.origin,
             wanted=["standard_error"] if uncertainty else [],
+            measured=path,
             close=stack.pop_all().close,
         )
     if isinstance(scans, str | os.PathLike | ScanReader):

@@ -184,6 +184,14 @@ def test_scans_whose_normals_point_inwards_are_refused() -> None:
     assert dynmesh.track(scans, template=body[:1]).report.quality == "good"
 
 
+def test_a_doubtful_result_is_that_of_the_scans(folder: Path) -> None:
+    """Not of the template, which is what it was."""
+    first, *later = opened(folder / "points")
+    scans = [first, *(scan._replace(points=scan.points + 9) for scan in later)]
+    with pytest.warns(dynmesh.DoubtfulWarning, match=r"^scans: (doubtful|probably ruined): "):
+        dynmesh.track(scans, template=TRUTH[:1], recover=False)
+
+
 def test_landmarks_count_where_the_template_lies_in_the_scan(folder: Path, tmp_path: Path) -> None:
     marks = [{"vertex": v, "position": TRUTH.vertices[0, v].tolist()} for v in (0, 100, 200)]
     (tmp_path / "marks.json").write_text(json.dumps(marks))
