@@ -14,7 +14,7 @@ from ._errors import KindError
 from ._scan_arrays import image_arrays, scan_arrays
 from ._stream import trained
 from .polygons import Faces, Mesh, mesh_arrays
-from .scan import DepthScan, PointScan, Scan
+from .scan import DepthScan, Scan, parts_of
 from .tracker import MeshInScan
 
 __all__ = ["Registration", "register"]
@@ -54,8 +54,8 @@ class Registration(MeshInScan):
 
 def register(
     faces: Faces | Mesh,
-    template: Positions | Scan,
-    points: Positions | Scan | None = None,
+    template: Positions | Scan | tuple[Positions, Positions],
+    points: Positions | Scan | tuple[Positions, Positions] | None = None,
     normals: Positions | None = None,
     *,
     landmarks: Landmarks | None = None,
@@ -78,8 +78,9 @@ def register(
         faces: (m, 3) integers, or other polygons; see :data:`dynmesh.polygons.Faces`. Or a mesh of
             another library, without `template`: ``register(mesh, points, normals)``.
         template: (k, 3) float32 or float64, complete and finite, in any pose.
-        points: (n, 3) finite, at least twelve, in any order; or a :class:`dynmesh.scans.PointScan`
-            or DepthScan, of one or several cameras of the same moment, alone.
+        points: (n, 3) finite, at least twelve, in any order; or a tuple of points and normals; or a
+            :class:`dynmesh.scans.PointScan` or DepthScan, of one or several cameras of the same
+            moment.
         normals: (n, 3) the outward normals of the points, of any length; a normal of 0 is not
             known. None if they are to be estimated from the nearest points. If they point inwards,
             nothing fits.
@@ -104,14 +105,14 @@ def register(
     if (mesh := mesh_arrays(faces)) is not None:
         own, arrays = mesh[0], (mesh[1], template, points)
     template, points, normals = arrays
-    if isinstance(points, PointScan):
-        points, normals, viewpoints = points
     frame = _arrays.first_frame("template", template)
-    scan: Any = (
-        image_arrays(*points)
-        if isinstance(points, DepthScan)
-        else scan_arrays(points, normals, viewpoints, frame.dtype)
-    )
+    if isinstance(points, DepthScan):
+        scan: Any = image_arrays(*points)
+    else:
+        own_points, own_normals, own_viewpoints = parts_of(points)
+        normals = normals if own_normals is None else own_normals
+        viewpoints = viewpoints if own_viewpoints is None else own_viewpoints
+        scan = scan_arrays(own_points, normals, viewpoints, frame.dtype)
     check_flags(align=align, scale=scale, uncertainty=uncertainty)
     check_integer("threads", threads, 1, 256)
     triangles = _arrays.triangles(own, len(frame))

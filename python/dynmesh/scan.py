@@ -168,6 +168,17 @@ class DepthScan(_Coloured, _Images):
 Scan = PointScan | DepthScan
 
 
+def parts_of(given: Any) -> tuple[Any, Any, Any]:
+    """The points, normals and viewpoints of a PointScan, a pair of the first two, or points alone.
+
+    None stands for what is not given.
+    """
+    is_pair = isinstance(given, tuple) and len(given) == 2 and np.ndim(given[0]) == 2
+    parts = given if is_pair or isinstance(given, PointScan) else (given,)
+    points, normals, viewpoints = (*parts, None, None)[:3]
+    return points, normals, viewpoints
+
+
 def inside_out(scan: Scan) -> str:
     """Says that normals point to the middle of the points, as those of no body do; else, empty."""
     if not isinstance(scan, PointScan) or scan.normals is None or not scan.has_points:

@@ -15,7 +15,7 @@ from .._checks import path_of
 from .._errors import InputError, KindError, locating, naming
 from .._scan_arrays import image_arrays, scan_arrays
 from ..formats import PathLike
-from ..scan import DepthScan, PointScan, Scan
+from ..scan import DepthScan, PointScan, Scan, parts_of
 from .opening import ScanSource, open_scans
 from .point_files import measured
 from .reader import ScanReader
@@ -52,9 +52,7 @@ class MemoryReader(ScanReader):
                 depth, intrinsics, poses, shades = images
                 seen = [np.where(np.isfinite(one) & (one > 0), one, 0) for one in depth]
                 return DepthScan(seen, intrinsics, poses, None if scan.colours is None else shades)
-            is_pair = isinstance(scan, tuple) and len(scan) == 2 and np.ndim(scan[0]) == 2
-            given = scan if is_pair or isinstance(scan, PointScan) else (scan,)
-            points, normals, places = (*given, None, None)[:3]
+            points, normals, places = parts_of(scan)
             points = first_frame("points", points)
             given = scan.colours if isinstance(scan, PointScan) else None
             _, normals, places, colours = scan_arrays(points, normals, places, points.dtype, given)

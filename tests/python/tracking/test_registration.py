@@ -13,6 +13,7 @@ from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 import dynmesh
+from dynmesh.scans import PointScan
 
 
 def register(mesh: Mesh, *scan: Array, **options: Any) -> dynmesh.registration.Registration:
@@ -52,6 +53,19 @@ def test_all_that_can_be_given(rng: np.random.Generator) -> None:
         training=[bent(TORUS.vertices, share) for share in (0.05, 0.1, 0.15)],
     )
     assert error(TORUS, truth, trained.vertices) < 0.5
+
+
+def test_a_pair_of_points_and_normals_is_what_its_parts_are(rng: np.random.Generator) -> None:
+    """As in the list of scans that `dynmesh.track` takes."""
+    points, normals = scan(TORUS, bent(TORUS.vertices, 0.1), rng)
+    apart = dynmesh.register(TORUS.faces, TORUS.vertices, points, normals)
+    for pair in ((points, normals), PointScan(points, normals, None)):
+        together = dynmesh.register(TORUS.faces, TORUS.vertices, pair)
+        np.testing.assert_array_equal(together.vertices, apart.vertices)
+    with_normals = dynmesh.register(
+        TORUS.faces, TORUS.vertices, PointScan(points, None, None), normals
+    )
+    np.testing.assert_array_equal(with_normals.vertices, apart.vertices)
 
 
 @pytest.mark.parametrize("ratio", [0.5, 25.4])
