@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from . import _arrays, _core
 from ._arrays import Mask, Positions
 from ._checks import check_flags, check_integer
-from ._errors import KindError
+from ._errors import InputError, KindError
 from ._scan_arrays import image_arrays, scan_arrays
 from ._stream import trained
 from .polygons import Faces, Mesh, mesh_arrays
@@ -107,11 +107,13 @@ def register(
     template, points, normals = arrays
     frame = _arrays.first_frame("template", template)
     if isinstance(points, DepthScan):
+        _one_of("normals", points.depth, normals)
+        _one_of("viewpoints", points.poses, viewpoints)
         scan: Any = image_arrays(*points)
     else:
         own_points, own_normals, own_viewpoints = parts_of(points)
-        normals = normals if own_normals is None else own_normals
-        viewpoints = viewpoints if own_viewpoints is None else own_viewpoints
+        normals = _one_of("normals", own_normals, normals)
+        viewpoints = _one_of("viewpoints", own_viewpoints, viewpoints)
         scan = scan_arrays(own_points, normals, viewpoints, frame.dtype)
     check_flags(align=align, scale=scale, uncertainty=uncertainty)
     check_integer("threads", threads, 1, 256)
@@ -128,6 +130,13 @@ def register(
         standard_error=errors if uncertainty else None,
         **result,
     )
+
+
+def _one_of(argument: str, of_scan: Any, given: Any) -> Any:
+    """Returns what a scan has or what is given beside it; refuses both."""
+    if of_scan is not None and given is not None:
+        raise InputError("are those of the scan, and cannot be given beside it", argument=argument)
+    return given if of_scan is None else of_scan
 
 
 def _landmark_arrays(landmarks: Any, dtype: Any) -> tuple[NDArray[np.int32], Positions]:

@@ -298,6 +298,5 @@ def check_one_file(path: Path) -> None:
     """Refuses names of several files for a sequence that is to be written to one."""
     if FrameNames.of(path).numbered or {"*", "?"} & {*path.name}:
         raise InputError(
-            f"stands for several files, but one {path.suffix} file holds all frames; leave out the "
-            "number"
+            f"stands for several files, but one {path.suffix} file holds all frames; name one file"
         )

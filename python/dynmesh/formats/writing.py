@@ -85,12 +85,12 @@ class Place:
         read = {one for one in (frames.path, *frames.files) if one.is_dir()}
         read |= {pattern.parent} if is_read else set()
         # A folder that holds frames in two formats could not be read any more.
-        alike = {one.parent for one in frames.files if one.suffix.lower() == suffix}
-        alike |= read if self._format.is_per_frame else set()
+        affected = {one.parent for one in frames.files if one.suffix.lower() == suffix}
+        affected |= read if self._format.is_per_frame else set()
         if (
             beside.is_dir()
             and identity(beside) in map(identity, read)
-            and identity(beside) in map(identity, filter(Path.is_dir, alike))
+            and identity(beside) in map(identity, filter(Path.is_dir, affected))
             and not set(self.existing()) & set(frames.files)
         ):
             raise InputError(

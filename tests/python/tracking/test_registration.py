@@ -66,6 +66,8 @@ def test_a_pair_of_points_and_normals_is_what_its_parts_are(rng: np.random.Gener
         TORUS.faces, TORUS.vertices, PointScan(points, None, None), normals
     )
     np.testing.assert_array_equal(with_normals.vertices, apart.vertices)
+    with pytest.raises(ValueError, match="normals: are those of the scan"):
+        dynmesh.register(TORUS.faces, TORUS.vertices, (points, normals), normals)
 
 
 @pytest.mark.parametrize("ratio", [0.5, 25.4])
