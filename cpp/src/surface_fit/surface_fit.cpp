@@ -13,9 +13,9 @@
 namespace dynmesh {
 namespace {
 
-/// The number of vertices of the mesh on which the iterations run: best, at most half of those of
-/// the template. The points do not tell how far cloth slides, but its folds do, so that it has what
-/// other components leave of these, and at least half of its own.
+/// On how many vertices the iterations run: "best", on all of few, or else on at most half of them.
+/// The points do not tell how far cloth slides, but its folds do. So it is counted by itself, and
+/// has what the others leave of half of all, if that is more than half of its own.
 DecimationLimits limits_of(const TrackingConstants& constants, std::size_t resolution,
                            const Topology& topology, std::span<const Material> materials) {
   if (resolution > 0) return {{resolution}, constants.fewest_vertices, {}};
