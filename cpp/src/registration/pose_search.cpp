@@ -16,7 +16,7 @@
 #include "registration/part_starts.hpp"
 #include "registration/pose_quality.hpp"
 #include "registration/rigid_starts.hpp"
-#include "surface_fit/cloth.hpp"
+#include "surface_fit/materials.hpp"
 
 namespace dynmesh {
 namespace {

@@ -15,8 +15,8 @@
 #include "shape/model.hpp"
 #include "shape/rotations.hpp"
 #include "shape/shape_system.hpp"
-#include "surface_fit/cloth.hpp"
 #include "surface_fit/constants.hpp"
+#include "surface_fit/materials.hpp"
 
 namespace dynmesh {
 

@@ -9,8 +9,8 @@
 #include "shape/error_bars.hpp"
 #include "shape/memory.hpp"
 #include "shape/model.hpp"
-#include "surface_fit/cloth.hpp"
 #include "surface_fit/constants.hpp"
+#include "surface_fit/materials.hpp"
 #include "surface_fit/surface_level.hpp"
 
 namespace dynmesh {

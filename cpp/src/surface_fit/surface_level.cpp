@@ -6,10 +6,10 @@
 #include <utility>
 
 #include "base/geometry.hpp"
-#include "surface_fit/cloth.hpp"
 #include "surface_fit/correction.hpp"
 #include "surface_fit/joint_motion.hpp"
 #include "surface_fit/lost_components.hpp"
+#include "surface_fit/materials.hpp"
 #include "surface_fit/prediction.hpp"
 
 namespace dynmesh {

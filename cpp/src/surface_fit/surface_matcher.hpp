@@ -15,7 +15,7 @@
 #include "base/workers.hpp"
 #include "shape/memory.hpp"
 #include "shape/rotations.hpp"
-#include "surface_fit/cloth.hpp"
+#include "surface_fit/boundary.hpp"
 #include "surface_fit/constants.hpp"
 #include "surface_fit/finer_heights.hpp"
 #include "surface_fit/point_scan.hpp"
